@@ -1,0 +1,1 @@
+"""Named, documented settings of the programs."""

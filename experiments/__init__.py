@@ -1,0 +1,1 @@
+"""Command-line programs. The only place that reads and writes files."""

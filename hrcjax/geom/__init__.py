@@ -1,0 +1,1 @@
+"""Rotations, segments, shapes, rays and point clouds."""

@@ -1,0 +1,29 @@
+"""Shared by all tests: both precisions, strict promotion, a compilation cache, and the place of outside data."""
+
+import os
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import pytest
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+_cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla-tests"
+jax.config.update("jax_compilation_cache_dir", str(_cache))
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+
+
+@pytest.fixture(params=["float32", "float64"])
+def dtype(request: pytest.FixtureRequest) -> jnp.dtype:
+    """Both precisions: the library follows its inputs."""
+    return jnp.dtype(request.param)
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of outside data (motions, RGB-D frames, models), read in place, or a skip with its reason."""
+    folder = Path(os.environ.get("HRCJAX_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"outside data not found at {folder}; set HRCJAX_DATA to the folder that holds human_motion/ and rgbd/")
+    return folder

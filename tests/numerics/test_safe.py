@@ -1,0 +1,35 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.test_util import check_grads
+
+from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt, unit
+
+
+def test_values_agree_with_numpy(dtype):
+    x = jnp.asarray([[3.0, 4.0, 12.0], [0.1, -0.2, 0.2]], dtype)
+    np.testing.assert_allclose(safe_norm(x), [13.0, 0.3], rtol=1e-6)
+    np.testing.assert_allclose(unit(x), np.asarray(x) / np.array([[13.0], [0.3]]), rtol=1e-6)
+    np.testing.assert_allclose(safe_sqrt(x[0]), np.sqrt([3.0, 4.0, 12.0]), rtol=1e-6)
+    np.testing.assert_allclose(safe_divide(x[0], x[1]), [30.0, -20.0, 60.0], rtol=1e-6)
+    assert safe_norm(x).dtype == dtype
+
+
+def test_singular_points_are_zero_with_zero_derivative(dtype):
+    zero = jnp.zeros(3, dtype)
+    assert safe_norm(zero) == 0
+    np.testing.assert_array_equal(jax.grad(safe_norm)(zero), 0)
+    np.testing.assert_array_equal(jax.hessian(safe_norm)(zero), 0)
+    np.testing.assert_array_equal(unit(zero), 0)
+    np.testing.assert_array_equal(jax.jacfwd(unit)(zero), 0)
+    assert safe_sqrt(jnp.asarray(-1.0, dtype)) == 0
+    assert jax.grad(safe_sqrt)(jnp.asarray(0.0, dtype)) == 0
+    assert safe_divide(jnp.asarray(1.0, dtype), jnp.asarray(0.0, dtype), 7.0) == 7
+    assert jax.grad(safe_divide, argnums=1)(jnp.asarray(1.0, dtype), jnp.asarray(0.0, dtype)) == 0
+
+
+def test_derivatives_elsewhere_are_the_true_ones():
+    x = jnp.asarray([0.3, -0.4, 1.2])
+    check_grads(jax.jit(safe_norm), (x,), order=2)
+    check_grads(jax.jit(unit), (x,), order=2)
+    check_grads(jax.jit(lambda a: safe_divide(a[0], a[1])), (x,), order=2)
