@@ -1,1 +1,42 @@
+"""Measures of a run: smoothness, clearance, time, energy and the performance score."""
 
+from hrcjax.metrics.clearance import min_clearance, time_below, time_in_zones
+from hrcjax.metrics.energy import energy, power
+from hrcjax.metrics.episode import METRICS, EpisodeMetrics, episode_metrics
+from hrcjax.metrics.samples import resample
+from hrcjax.metrics.score import (
+    ScoreParams,
+    collision_risk,
+    efficiency_score,
+    joint_smoothness,
+    obstacle_proximity,
+    overall_score,
+    power_score,
+    relative_score,
+    safe_navigation,
+    safety_score,
+    task_time_score,
+    time_to_collision,
+    trajectory_smoothness,
+)
+from hrcjax.metrics.smoothness import (
+    acceleration_variance,
+    dimensionless_jerk,
+    jerk_rms,
+    log_dimensionless_jerk,
+    mean_curvature_change,
+    mean_squared_difference_jerk,
+    mean_squared_jerk,
+    spectral_arc_length,
+    total_jerk,
+)
+from hrcjax.metrics.timing import Arrival, arrival
+
+__all__ = [
+    "METRICS", "Arrival", "EpisodeMetrics", "ScoreParams", "acceleration_variance", "arrival", "collision_risk",
+    "dimensionless_jerk", "efficiency_score", "energy", "episode_metrics", "jerk_rms", "joint_smoothness",
+    "log_dimensionless_jerk", "mean_curvature_change", "mean_squared_difference_jerk", "mean_squared_jerk",
+    "min_clearance", "obstacle_proximity", "overall_score", "power", "power_score", "relative_score", "resample",
+    "safe_navigation", "safety_score", "spectral_arc_length", "task_time_score", "time_below", "time_in_zones",
+    "time_to_collision", "total_jerk", "trajectory_smoothness",
+]  # fmt: skip

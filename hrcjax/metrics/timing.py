@@ -1,0 +1,58 @@
+"""When a run reached its goal."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.numerics import safe_divide, safe_norm
+from hrcjax.typing import Array, Bool, Float, Scalar
+
+
+class Arrival(eqx.Module):
+    """When and whether the goal was reached."""
+
+    time: Float[Array, ""]
+    """Time to the goal; the whole duration where it was not reached [s]."""
+    success: Bool[Array, ""]
+    """Whether it was reached."""
+    error: Float[Array, ""]
+    """Distance to the goal at arrival, or at the end [m]."""
+    before: Bool[Array, "time"]
+    """Samples up to and with the arrival: those of the task."""
+
+
+def arrival(
+    x: Float[Array, "time 3"], goal: Float[Array, "3"], tolerance: Scalar, dt: Scalar, slow: Scalar = 0.05
+) -> Arrival:
+    """The first moment at which the tool is within the tolerance of the goal AND not faster than `slow`.
+
+    A run that only passes the goal has not arrived. Between samples the moment is interpolated linearly, so it is
+    differentiable almost everywhere where the goal is reached.
+
+    Args:
+        x: tool positions [m].
+        goal: [m].
+        tolerance: distance to the goal that counts as reached [m].
+        dt: time between samples [s].
+        slow: largest speed that counts as arrived [m/s].
+
+    Raises:
+        ValueError: fewer than 2 samples.
+    """
+    n = x.shape[0]
+    if n < 2:
+        raise ValueError(f"{n} samples have no speed: give at least 2")
+    distance = safe_norm(x - goal)
+    step = safe_norm(jnp.diff(x, axis=0)) / dt
+    speed = jnp.concatenate([step[:1], step])
+    missing = jnp.maximum(distance / tolerance, speed / slow)  # arrived where this is at most 1
+    arrived = missing <= 1
+    success = jnp.any(arrived)
+    index = jnp.where(success, jnp.argmax(arrived), n - 1)
+    earlier = jnp.maximum(index - 1, 0)
+    over = missing[earlier] - 1
+    share = safe_divide(over, missing[earlier] - missing[index])
+    crossed = success & (index > 0)
+    position = jnp.where(crossed, earlier.astype(x.dtype) + share, index.astype(x.dtype))
+    return Arrival(
+        time=position * dt, success=success, error=distance[index], before=jnp.arange(n, dtype=index.dtype) <= index
+    )

@@ -1,0 +1,199 @@
+"""Shortest and straightest path that keeps its distance: minimise omega1 length + omega2 bending energy."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.numerics import safe_norm, safe_sqrt
+from hrcjax.plan.band import band_solve
+from hrcjax.plan.bending_energy import bending_energy
+from hrcjax.plan.curve import path_curve
+from hrcjax.plan.length import length
+from hrcjax.plan.params import PathParams, PlanParams
+from hrcjax.plan.potential import DistancesFn
+from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
+
+
+class PathResult(eqx.Module):
+    """A path and what can be said of it."""
+
+    waypoints: Float[Array, "waypoint 3"]
+    """Equally spaced points, start and goal among them [m]."""
+    length: Float[Array, ""]
+    """Length [m]."""
+    bending_energy: Float[Array, ""]
+    """Bending energy [1/m]."""
+    clearance: Float[Array, ""]
+    """Smallest distance of the curve from the surface of any obstacle; negative inside [m]."""
+    violation: Float[Array, ""]
+    """Most that the required distance from an obstacle is missed by; 0 if kept [m]."""
+    reached: Bool[Array, ""]
+    """Whether the descent of the potential field reached the goal."""
+    clear: Bool[Array, ""]
+    """Whether the distances required by zeta are kept."""
+    inside: Bool[Array, ""]
+    """Whether the curve stays within the bounds."""
+
+    @property
+    def status(self) -> Int[Array, ""]:
+        """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is success."""
+        bits = [self.reached, self.clear, self.inside]
+        return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
+
+
+class _Constraints(eqx.Module):
+    """The constraints g >= 0 along the path, at the waypoints between start and goal, then at the middles of the segments."""
+
+    value: Float[Array, "sample constraint"]
+    normal: Float[Array, "sample constraint 3"]
+
+
+def required_distance(params: PlanParams, radius: Float[Array, "obstacle"]) -> Float[Array, "obstacle"]:
+    """Smallest surface distance allowed to each obstacle: (zeta - 1) radius, so that its centre is zeta radius away [m]."""
+    return (params.potential.zeta - 1) * radius
+
+
+def _curve_energy(waypoints: Float[Array, "waypoint 3"]) -> tuple[Array, Array, Array, Array]:
+    """Length, bending energy and their gradients at the waypoints between the ends, if these are equally spaced.
+
+    The length is sqrt(N sum |step|^2), above the true length unless the steps are equal: so the minimum has equal steps.
+    """
+    count = waypoints.shape[0] - 1
+    steps = jnp.diff(waypoints, axis=0)
+    bends = jnp.diff(steps, axis=0)
+    total = safe_sqrt(count * jnp.sum(steps * steps))
+    energy = count**3 * jnp.sum(bends * bends) / total**3
+    length_gradient = -count * bends / total
+    padded = jnp.pad(bends, ((1, 1), (0, 0)))
+    energy_gradient = 2 * count**3 / total**3 * jnp.diff(padded, n=2, axis=0) - 3 * energy / total * length_gradient
+    return total, energy, length_gradient, energy_gradient
+
+
+def _samples(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "sample 3"]:
+    """The waypoints between start and goal, then the middles of all segments."""
+    return jnp.concatenate([waypoints[1:-1], (waypoints[:-1] + waypoints[1:]) / 2])
+
+
+def _spread(samples: Float[Array, "sample *rest"]) -> tuple[Float[Array, "waypoint *rest"], Float[Array, "pair *rest"]]:
+    """What samples add to the blocks of the waypoints between the ends, and to those of their neighbouring pairs."""
+    inner = (samples.shape[0] - 1) // 2
+    at, middle = samples[:inner], samples[inner:] / 4
+    return at + middle[:-1] + middle[1:], middle[1:-1]
+
+
+def optimise_path(
+    params: PlanParams,
+    waypoints: Float[Array, "waypoint 3"],
+    distances: DistancesFn,
+    radius: Float[Array, "obstacle"],
+    lower: Vector3,
+    upper: Vector3,
+    iterations: int,
+    reached: Bool[Array, ""] | None = None,
+) -> PathResult:
+    """The path near the given one that minimises omega1 length + omega2 bending energy (eq. 5a) and keeps its distances.
+
+    Newton's method on the augmented Lagrangian: the path as a band matrix, the obstacles as half-spaces through their nearest
+    points, which is on the safe side for convex ones. The constraints hold at the waypoints and between them. Which side of
+    an obstacle the path takes is that of the given path. If the distances cannot be kept the path tends to the least
+    violation, and says so. Differentiable by unrolling.
+
+    Args:
+        waypoints: equally spaced first guess; its ends stay [m].
+        distances: signed distances to the surfaces of convex obstacles [m].
+        radius: radius of each obstacle; its centre must stay zeta radii away [m].
+        lower: lower bounds of the path; -inf is none [m].
+        upper: upper bounds of the path; inf is none [m].
+        iterations: number of iterations.
+        reached: status to pass on; true if not given.
+
+    Not finite if: omega1 and omega2 are both 0, or start and goal coincide.
+
+    Raises:
+        ValueError: fewer than 4 waypoints, or negative iterations.
+    """
+    if waypoints.shape[0] < 4 or iterations < 0:
+        raise ValueError(
+            f"{waypoints.shape[0]} waypoints, {iterations} iterations; accepted are 4 waypoints or more and 0 iterations or more"
+        )
+    path = params.path
+    dtype = waypoints.dtype
+    count = waypoints.shape[0] - 1
+    required = jnp.concatenate([required_distance(params, radius), jnp.zeros(6, dtype)])
+    place = jnp.concatenate([jnp.arange(1, count, dtype=dtype), jnp.arange(count, dtype=dtype) + 0.5]) / count
+
+    def gaps(x: Vector3) -> Float[Array, "constraint"]:
+        return jnp.concatenate([distances(x), x - lower, upper - x])
+
+    def gaps_and_normals(x: Vector3) -> tuple[Float[Array, "constraint"], Float[Array, "constraint 3"]]:
+        return jax.vmap(lambda e: jax.jvp(gaps, (x,), (e,)), out_axes=(None, 1))(jnp.eye(3, dtype=dtype))
+
+    at_start, at_goal = gaps(waypoints[0]), gaps(waypoints[-1])
+
+    def iterate(
+        carry: tuple[Float[Array, "waypoint 3"], Float[Array, "sample constraint"]], penalty: Float[Array, ""]
+    ) -> tuple[tuple[Float[Array, "waypoint 3"], Float[Array, "sample constraint"]], None]:
+        x, multiplier = carry
+        total, _, length_gradient, energy_gradient = _curve_energy(x)
+        a = path.omega1 * count / total
+        b = 2 * path.omega2 * count**3 / total**3
+        wave = (8 * jnp.pi) ** 2
+        stiffness = penalty * (path.omega1 * wave / total + 2 * path.omega2 * wave * wave / total**3) / count
+
+        gap, normal = jax.vmap(gaps_and_normals)(_samples(x))
+        opening = path.opening * total * place[:, None]
+        allowed = jnp.minimum(at_start + opening, at_goal + path.opening * total - opening)
+        lacking = jnp.minimum(required, allowed) - gap
+        push = jnp.maximum(multiplier + stiffness * lacking, 0)
+        held = jnp.where(push > 0, stiffness, 0)
+
+        block = jnp.sum(held[..., None, None] * normal[..., :, None] * normal[..., None, :], axis=1)
+        diagonal, off = _spread(block)
+        eye = jnp.eye(3, dtype=dtype)
+        ends = jnp.zeros(count - 1, dtype).at[0].add(1).at[-1].add(1)[:, None, None]
+        diagonal = diagonal + (2 * a + (6 - ends) * b) * eye
+        off = off - (a + 4 * b) * eye
+        force = jnp.sum(push[..., None] * normal, axis=1)
+        inner = count - 1
+        force = force[:inner] + (force[inner:-1] + force[inner + 1 :]) / 2
+        force = force - path.omega1 * length_gradient - path.omega2 * energy_gradient
+        move = jnp.pad(band_solve(diagonal, off, b, force), ((1, 1), (0, 0)))
+        moved = jnp.sum(normal * _samples(move)[:, None, :], axis=-1)
+        return (x + move, jnp.maximum(multiplier + stiffness * (lacking - moved), 0)), None
+
+    penalties = jnp.asarray(path.penalty, dtype) * jnp.asarray(path.penalty_growth, dtype) ** jnp.linspace(
+        0, 1, iterations, dtype=dtype
+    )
+    free = jnp.zeros((2 * count - 1, required.shape[0]), dtype)
+    (result, _), _ = jax.lax.scan(jax.checkpoint(iterate), (waypoints, free), penalties)
+    return judge(params, result, distances, radius, lower, upper, reached)
+
+
+def judge(
+    params: PlanParams,
+    waypoints: Float[Array, "waypoint 3"],
+    distances: DistancesFn,
+    radius: Float[Array, "obstacle"],
+    lower: Vector3,
+    upper: Vector3,
+    reached: Bool[Array, ""] | None = None,
+) -> PathResult:
+    """What can be said of a path: distances are measured on its smooth curve, four times to a segment."""
+    curve = path_curve(waypoints)
+    places = curve.length * jnp.linspace(0, 1, 4 * (waypoints.shape[0] - 1) + 1, dtype=waypoints.dtype)
+    points = jax.vmap(curve.point)(places)
+    gap = jax.vmap(distances)(points)
+    violation = jnp.maximum(jnp.max(required_distance(params, radius) - gap, initial=0.0), 0)
+    outside = jnp.max(jnp.maximum(lower - points, points - upper))
+    return PathResult(
+        waypoints,
+        length(waypoints),
+        bending_energy(waypoints),
+        jnp.min(gap, initial=jnp.inf),
+        violation,
+        jnp.asarray(True) if reached is None else reached,
+        violation <= params.path.tolerance,
+        outside <= params.path.tolerance,
+    )

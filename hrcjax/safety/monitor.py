@@ -1,0 +1,129 @@
+"""The safety monitor: from distances and the age of the data to a zone, a speed limit and a named reason of a stop."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.safety.governor import speed_scale
+from hrcjax.safety.params import SafetyParams
+from hrcjax.safety.ssm import assumed_human_speed
+from hrcjax.safety.zones import STOP, ZoneState, update_zone, zone_speed, zone_thresholds
+from hrcjax.typing import Array, Bool, Float, Int, Scalar
+
+OLD_DATA = 1
+NOT_FINITE = 2
+TOO_CLOSE = 4
+HEAD_NEAR = 8
+INVALID_FRAME = 16
+WAITING = 32
+
+_REASONS = {
+    OLD_DATA: "person data too old",
+    NOT_FINITE: "distance or speed missing or not a number",
+    TOO_CLOSE: "person too close",
+    HEAD_NEAR: "head near",
+    INVALID_FRAME: "sensor frame not valid",
+    WAITING: "waiting for the person to stay away",
+}
+
+
+class SafetyDecision(eqx.Module):
+    """What the monitor allows in this tick."""
+
+    zone: Int[Array, ""]
+    """GREEN, YELLOW, RED or STOP."""
+    speed_limit: Float[Array, ""]
+    """Largest speed towards the person of the nearest point [m/s]."""
+    point_limit: Float[Array, "point"]
+    """Largest speed towards the person of every point, by its own distance [m/s]."""
+    scale: Float[Array, ""]
+    """Factor in [0, 1] that the present motion must be scaled with [1]."""
+    hold: Bool[Array, ""]
+    """Stand still in every direction: the data can't be trusted."""
+    reasons: Int[Array, ""]
+    """Bits of why the robot is stopped; 0 exactly where the zone is not STOP. Words: `describe`."""
+
+
+def monitor(
+    params: SafetyParams,
+    state: ZoneState,
+    d: Float[Array, "point"],
+    v_r: Float[Array, "point"],
+    age: Scalar,
+    dt: Scalar,
+    *,
+    head_distance: Scalar | None = None,
+    valid: Bool[Array, ""] | bool = True,
+    pfl_speed: Scalar | None = None,
+    v_h: Scalar | None = None,
+) -> tuple[ZoneState, SafetyDecision]:
+    """One tick of the monitor, over the control points of the whole arm.
+
+    The zone follows the nearest point; every point gets the limit of its own distance. The limits hold for motion
+    towards the person: in a stop for closeness the robot may still retreat. Old, invalid or missing data, also from
+    the future, hold the robot still in every direction.
+
+    Args:
+        d: distance of every control point's surface to the person; no person: a large finite number [m].
+        v_r: speed of every point towards the person [m/s].
+        age: age of the person data [s].
+        dt: time since the last tick [s].
+        head_distance: distance of the arm to the person's head; None: not watched [m].
+        valid: whether the sensor vouches for the frame.
+        pfl_speed: power-and-force speed of the nearest body region; None: not watched [m/s].
+        v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
+    """
+    nearest = jnp.min(d)  # NaN if any is
+    old = ~(jnp.abs(jnp.asarray(age)) <= params.max_age)
+    finite = jnp.all(jnp.isfinite(d)) & jnp.all(jnp.isfinite(v_r))
+    for given in (head_distance, v_h):
+        if given is not None:
+            finite = finite & jnp.isfinite(jnp.asarray(given))
+    if pfl_speed is not None:
+        finite = finite & ~jnp.isnan(jnp.asarray(pfl_speed))
+    invalid = ~jnp.asarray(valid)
+    hold = old | ~finite | invalid
+
+    state = update_zone(params, state, nearest, ~hold, dt, head_distance)
+    person = assumed_human_speed(params.ssm, d) if v_h is None else jnp.full_like(d, v_h)
+    limit = _point_limits(params, state.zone, d, pfl_speed, person)
+    limit = jnp.where(hold, 0.0, limit)
+    scale = jnp.where(hold, 0.0, speed_scale(v_r, limit))
+
+    only_slows = params.zone.red_only_slows
+    close = (nearest < zone_thresholds(params).stop) & (not only_slows)
+    head = jnp.asarray(False)
+    if head_distance is not None:
+        head = (jnp.asarray(head_distance) < params.zone.head_stop) & (not only_slows)
+    reasons = _bit(old, OLD_DATA) | _bit(~finite, NOT_FINITE) | _bit(invalid, INVALID_FRAME)
+    reasons = reasons | _bit(close, TOO_CLOSE) | _bit(head, HEAD_NEAR)
+    waiting = (state.zone == STOP) & (reasons == 0)
+    return state, SafetyDecision(
+        zone=state.zone,
+        speed_limit=jnp.min(limit),
+        point_limit=limit,
+        scale=scale,
+        hold=hold,
+        reasons=reasons | _bit(waiting, WAITING),
+    )
+
+
+def describe(reasons: int) -> str:
+    """The bits of a stop in words; "none" for 0."""
+    known = [text for bit, text in _REASONS.items() if int(reasons) & bit]
+    return "; ".join(known) or "none"
+
+
+def _point_limits(
+    params: SafetyParams,
+    zone: Int[Array, ""],
+    d: Float[Array, "point"],
+    pfl_speed: Scalar | None,
+    v_h: Float[Array, "point"],
+) -> Float[Array, "point"]:
+    """`zone_speed` for every point [m/s]."""
+    return jax.vmap(lambda one, person: zone_speed(params, zone, one, pfl_speed, person))(d, v_h)
+
+
+def _bit(condition: Bool[Array, ""], bit: int) -> Int[Array, ""]:
+    return jnp.where(condition, bit, 0).astype(jnp.int32)

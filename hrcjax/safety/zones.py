@@ -1,0 +1,129 @@
+"""Zones of distance between robot and person, entered at once and left with hysteresis and a wait.
+
+Robotica paper, eq. 6c (misprint: its red zone reads d >= d_yellow; d <= d_yellow is meant). The paper gives no
+thresholds; here they are the separation distances of three speeds.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.safety.params import SafetyParams
+from hrcjax.safety.ssm import allowed_speed, separation_distance
+from hrcjax.typing import Array, Bool, Float, Int, Scalar
+
+GREEN = 0
+YELLOW = 1
+RED = 2
+STOP = 3
+ZONE_NAMES = ("green", "yellow", "red", "stop")
+
+
+class ZoneThresholds(eqx.Module):
+    """Distances at which zones begin."""
+
+    stop: Float[Array, ""]
+    """S_p(0): nearer, a stop [m]."""
+    yellow: Float[Array, ""]
+    """S_p(red speed): nearer, red [m]."""
+    green: Float[Array, ""]
+    """S_p(nominal speed): nearer, yellow [m]."""
+
+
+class ZoneState(eqx.Module):
+    """What the zones remember from one tick to the next."""
+
+    zone: Int[Array, ""]
+    """GREEN, YELLOW, RED or STOP."""
+    waited: Float[Array, ""]
+    """How long a more relaxed zone has been possible [s]."""
+
+
+def initial_zone(dtype: jnp.dtype | type = jnp.float32) -> ZoneState:
+    """Green, not waiting: the first update tightens at once, so call it before the robot moves."""
+    return ZoneState(jnp.asarray(GREEN, jnp.int32), jnp.zeros((), dtype))
+
+
+def zone_thresholds(params: SafetyParams) -> ZoneThresholds:
+    """The separation distances of standstill, red speed and nominal speed, for the assumed speed of a person [m]."""
+    return ZoneThresholds(
+        stop=separation_distance(params.ssm, 0.0),
+        yellow=separation_distance(params.ssm, params.zone.red_speed),
+        green=separation_distance(params.ssm, params.zone.nominal_speed),
+    )
+
+
+def zone_at(
+    params: SafetyParams, d: Scalar, head_distance: Scalar | None = None, slack: Scalar = 0.0
+) -> Int[Array, ""]:
+    """The zone of a distance, without memory.
+
+    Args:
+        d: distance robot to person; not finite: STOP [m].
+        head_distance: distance robot to head; not finite: STOP; None: not watched [m].
+        slack: added to every threshold [m].
+    """
+    d = jnp.asarray(d)
+    limits = zone_thresholds(params)
+    nearest = RED if params.zone.red_only_slows else STOP
+    zone = jnp.where(d >= limits.green + slack, GREEN, jnp.where(d >= limits.yellow + slack, YELLOW, RED))
+    zone = jnp.where(d >= limits.stop + slack, zone, nearest)
+    missing = ~jnp.isfinite(d)
+    if head_distance is not None:
+        head_distance = jnp.asarray(head_distance)
+        zone = jnp.where(head_distance >= params.zone.head_stop + slack, zone, nearest)
+        missing = missing | ~jnp.isfinite(head_distance)
+    return jnp.where(missing, STOP, zone).astype(jnp.int32)
+
+
+def update_zone(
+    params: SafetyParams,
+    state: ZoneState,
+    d: Scalar,
+    fresh: Bool[Array, ""] | bool,
+    dt: Scalar,
+    head_distance: Scalar | None = None,
+) -> ZoneState:
+    """The zone one tick later.
+
+    A tighter zone is entered at once. A more relaxed one is entered when the person has been farther than its threshold
+    by `hysteresis` for `relax_time`.
+
+    Args:
+        d: distance robot to person [m].
+        fresh: whether the data can be trusted; if not: STOP.
+        dt: time since the last update [s].
+        head_distance: distance robot to head; None: not watched [m].
+    """
+    tight = jnp.where(fresh, zone_at(params, d, head_distance), STOP).astype(jnp.int32)
+    loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis), STOP).astype(jnp.int32)
+    relaxing = loose < state.zone
+    waited = jnp.where(relaxing, state.waited + dt, 0.0).astype(state.waited.dtype)
+    # Half a tick of tolerance: the sum of many dt must not miss relax_time by rounding.
+    relaxed = relaxing & (waited + 0.5 * dt >= params.zone.relax_time)
+    zone = jnp.where(tight >= state.zone, tight, jnp.where(relaxed, loose, state.zone))
+    return ZoneState(zone, jnp.where(relaxed, 0.0, waited))
+
+
+def zone_speed(
+    params: SafetyParams,
+    zone: Int[Array, ""],
+    d: Scalar,
+    pfl_speed: Scalar | None = None,
+    v_h: Scalar | None = None,
+) -> Float[Array, ""]:
+    """Largest speed towards the person in a zone [m/s].
+
+    Green and yellow: v(d), not above the nominal speed (in green v(d) exceeds it). Red: at most the red speed, the
+    PFL speed and v(d); with `red_only_slows`, or without `red_follows_separation`, v(d) does not count there. Stop: 0.
+
+    Args:
+        d: distance robot to person [m].
+        pfl_speed: power-and-force speed of the nearest body region; None: not watched [m/s].
+        v_h: person's speed towards the robot; None: `params.ssm.v_h` [m/s].
+    """
+    separated = jnp.minimum(allowed_speed(params.ssm, d, v_h), params.zone.nominal_speed)
+    bounded = params.zone.red_follows_separation and not params.zone.red_only_slows
+    red = jnp.minimum(separated if bounded else params.zone.nominal_speed, params.zone.red_speed)
+    if pfl_speed is not None:
+        red = jnp.minimum(red, pfl_speed)
+    return jnp.where(zone == STOP, 0.0, jnp.where(zone == RED, red, separated))

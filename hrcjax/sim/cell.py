@@ -1,0 +1,85 @@
+"""What an episode happens in: the arm, the scene, the person, and what the camera saw of them."""
+
+from dataclasses import dataclass, field
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.field import GPField
+from hrcjax.plan import PlanSizes
+from hrcjax.robot import Arm
+from hrcjax.sense import Frames
+from hrcjax.typing import Array, Float, Int, Joints
+from hrcjax.world import Person, Scene
+
+TOOL_REACH = 0.5
+"""Distance of the two points that fix the tool's orientation, along its x and y axes (reference page 2) [m]."""
+
+
+class World(eqx.Module):
+    """One scene with one person, sensed once and shared by all settings."""
+
+    scene: Scene
+    """The truth about obstacles; the planner reads them as the task-space map, the metrics measure against them."""
+    person: Person
+    """The truth about the person; read by the metrics alone."""
+    frames: Frames
+    """What the camera delivered: static and moving points, stamps, validity."""
+    q_start: Joints
+    """Joint angles at the start [rad]."""
+
+
+class Fields(eqx.Module):
+    """Distance fields fitted to what the camera delivered."""
+
+    static: GPField
+    """The scene without the person."""
+    moving: GPField
+    """The person, one field per frame along the first axis."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Everything static: the arm, the rates and the sizes of arrays. Hashable by identity; closed over by programs."""
+
+    arm: Arm
+    ticks: int = 1000
+    """Control ticks of an episode."""
+    dt: float = 0.008
+    """Control period: 125 Hz, what a UR5 controller takes [s]."""
+    substeps: int = 4
+    """Steps of the arm's dynamics in a control period."""
+    latency: float = 0.05
+    """Time from the exposure of a frame to its use [s]."""
+    metric_stride: int = 5
+    """Exact distances for the metrics are computed at every so many ticks."""
+    backend: str = "folded"
+    """Dynamics of the arm: "folded" or "mjx"."""
+    sizes: PlanSizes = field(default_factory=PlanSizes)
+    """Numbers of steps, waypoints and iterations of the planner."""
+
+    @property
+    def control_offsets(self) -> np.ndarray:
+        """Places of the control points and the three tool points on their links [m]."""
+        tool = self.arm.tool_offset + TOOL_REACH * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        return np.concatenate([self.arm.control_offsets, tool])
+
+    @property
+    def times(self) -> np.ndarray:
+        """Time at the start of each tick [s]."""
+        return np.arange(self.ticks) * self.dt
+
+
+def newest_frame(
+    stamp: Float[Array, "frame"], valid: Array, t: Float[Array, "time"]
+) -> tuple[Int[Array, "time"], Float[Array, "time"]]:
+    """Index of the newest valid frame with stamp <= t, and its age [s]; no such frame: index 0 and age infinite.
+
+    Args:
+        t: the times at which a frame would have had to be exposed to be in use [s].
+    """
+    usable = valid[None, :] & (stamp[None, :] <= t[:, None])
+    newest = jnp.argmax(jnp.where(usable, stamp[None, :], -jnp.inf), axis=1)
+    age = jnp.where(jnp.any(usable, axis=1), t - stamp[newest], jnp.inf)
+    return newest.astype(jnp.int32), age

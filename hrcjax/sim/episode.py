@@ -1,0 +1,83 @@
+"""An episode: plan once, then a scan of control ticks. A pure function of (params, world)."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.field import FieldParams, fit
+from hrcjax.plan import PathResult, path_curve, plan
+from hrcjax.robot import tool_frame
+from hrcjax.sense import Frames
+from hrcjax.sim.cell import Cell, Fields, World, newest_frame
+from hrcjax.sim.params import Params
+from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
+from hrcjax.typing import Array
+from hrcjax.world import obstacle_distances
+
+
+class Episode(eqx.Module):
+    """What came of one run."""
+
+    path: PathResult
+    """The plan."""
+    record: Record
+    """Every tick."""
+    final: TickState
+    """The state after the last tick."""
+
+
+def fit_fields(params: FieldParams, frames: Frames) -> Fields:
+    """Distance fields of the static scene and of every frame's moving points.
+
+    Depends on the field's parameters alone, so that settings which share these share the fields.
+    """
+    moving = jax.lax.map(lambda cloud: fit(cloud, params), frames.moving)
+    return Fields(static=fit(frames.static, params), moving=moving)
+
+
+def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
+    """The tool's path through the scene's obstacles (the task-space map, taken as known)."""
+    scene = world.scene
+    return plan(
+        params.plan,
+        scene.start,
+        scene.goal,
+        lambda x: obstacle_distances(scene, x),
+        scene.radius,
+        scene.lower,
+        scene.upper,
+        cell.sizes,
+    )
+
+
+def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode:
+    """Plan a path and follow it beside the person for `cell.ticks` control periods.
+
+    Reverse mode keeps one state per tick and computes each tick again (`jax.checkpoint`), so memory grows by the size of
+    `TickState` alone.
+
+    Args:
+        fields: of `fit_fields(params.field, world.frames)`; apart, so that a batch can share them.
+    """
+    path = plan_path(params, cell, world)
+    curve = path_curve(path.waypoints)
+    q_start = world.q_start
+    R_goal, _ = tool_frame(cell.arm, q_start)
+    frames = world.frames
+    exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
+    index, age = newest_frame(frames.stamp, frames.valid, exposed)
+
+    def one(state: TickState, now: tuple[Array, Array]) -> tuple[TickState, Record]:
+        frame, frame_age = now
+        sensed = Sensed(
+            static=fields.static,
+            moving=jax.tree.map(lambda a: a[frame], fields.moving),
+            age=frame_age + cell.latency,
+            valid=~frames.overflow[frame],
+        )
+        return tick(params, cell, curve, R_goal, q_start, sensed, state)
+
+    final, record = jax.lax.scan(jax.checkpoint(one), initial_state(q_start), (index, age))
+    return Episode(path, record, final)
+
+

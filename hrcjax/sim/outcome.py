@@ -1,0 +1,105 @@
+"""What is kept of an episode: its measures, against the truth, and thinned traces."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.geom.segment import FAR, capsule_distance
+from hrcjax.metrics import EpisodeMetrics, episode_metrics
+from hrcjax.robot import arm_capsules
+from hrcjax.safety import separation_distance
+from hrcjax.sim.cell import Cell, World
+from hrcjax.sim.episode import Episode
+from hrcjax.sim.params import Params
+from hrcjax.typing import Array, Float, Int, Joints, Scalar
+from hrcjax.world import capsules_obstacle_distances, person_at
+
+REACHED = 0.02
+"""Distance of the tool to the goal that counts as reached [m]."""
+
+
+class Traces(eqx.Module):
+    """Thinned arrays over time, and the plan."""
+
+    plan: Float[Array, "waypoint 3"]
+    """Waypoints of the planned path [m]."""
+    tool: Float[Array, "time 3"]
+    """Tool point [m]."""
+    separation: Float[Array, "time"]
+    """True distance arm to person [m]."""
+    clearance: Float[Array, "time"]
+    """True distance arm to obstacles [m]."""
+    speed: Float[Array, "time"]
+    """Speed of the tool [m/s]."""
+    speed_limit: Float[Array, "time"]
+    """What the safety monitor allowed towards the person [m/s]."""
+    zone: Int[Array, "time"]
+    """0 green, 1 yellow, 2 red, 3 stop."""
+
+
+class Outcome(eqx.Module):
+    """Measures, traces and status of one setting."""
+
+    metrics: EpisodeMetrics
+    traces: Traces
+    path_status: Int[Array, ""]
+    """Bits of the planner's status."""
+    run_status: Int[Array, ""]
+    """Bits of the ticks' status, any tick."""
+
+
+def true_distances(cell: Cell, world: World, q: Joints, t: Scalar) -> tuple[Array, Array]:
+    """Exact distances of the whole arm to the person, and to every obstacle [m]; FAR where there is none."""
+    arm = arm_capsules(cell.arm, q)
+    person = person_at(world.person, t)
+    between = jax.vmap(jax.vmap(capsule_distance, (None, None, None, 0, 0, 0)), (0, 0, 0, None, None, None))
+    to_person = between(arm.a, arm.b, arm.radius, person.a, person.b, person.radius)
+    to_person = jnp.where(person.radius[None, :] < 0, FAR, to_person)
+    moving = Capsules(*(x[1:] for x in (arm.a, arm.b, arm.radius)))
+    return jnp.min(to_person), jnp.min(capsules_obstacle_distances(world.scene, moving), axis=0)
+
+
+def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
+    """The measures of an episode, against the truth of the world."""
+    record, k = run.record, cell.metric_stride
+    dtype = record.q.dtype
+    times = jnp.asarray(cell.times[::k], dtype)
+    separation, obstacles = jax.vmap(lambda q, t: true_distances(cell, world, q, t))(record.q[::k], times)
+    clearance = jnp.min(obstacles, axis=1)
+    closing = -jnp.gradient(separation, k * cell.dt)
+    tool_speed = jnp.linalg.norm(jnp.gradient(record.tool, cell.dt, axis=0), axis=1)
+    protective = separation_distance(params.safety.ssm, jnp.maximum(record.approach[::k], 0.0))
+    ideal = run.path.length / params.motion.speed + params.motion.speed / params.safety.clock.acceleration
+    metrics = episode_metrics(
+        dt=cell.dt,
+        tool=record.tool,
+        q=record.q,
+        qd=record.qd,
+        qdd=record.qdd,
+        tau=record.tau,
+        zone=record.zone,
+        separation=separation,
+        closing_speed=closing,
+        obstacle_distances=jnp.where(world.scene.mask, obstacles, 0.0),
+        clearance=clearance,
+        protective_distance=protective,
+        goal=world.scene.goal,
+        tolerance=REACHED,
+        ideal_time=ideal,
+        plan_length=run.path.length,
+        plan_bending_energy=run.path.bending_energy,
+        unsafe_distance=separation_distance(params.safety.ssm, 0.0),
+        smoothness_stride=k,
+    )
+    traces = Traces(
+        plan=run.path.waypoints,
+        tool=record.tool[::k],
+        separation=separation,
+        clearance=clearance,
+        speed=tool_speed[::k],
+        speed_limit=record.speed_limit[::k],
+        zone=record.zone[::k],
+    )
+    any_tick = jax.lax.reduce(record.status, jnp.zeros((), jnp.int32), jax.lax.bitwise_or, (0,))
+    return Outcome(metrics, traces, run.path.status, any_tick)

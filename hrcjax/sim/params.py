@@ -1,0 +1,38 @@
+"""Every number of the method as one pytree: what is swept, and what is tuned by gradient."""
+
+import equinox as eqx
+
+from hrcjax.field import FieldParams
+from hrcjax.plan import PlanParams
+from hrcjax.policy import PolicyParams
+from hrcjax.safety import SafetyParams
+
+
+class MotionParams(eqx.Module):
+    """How the arm follows its path and how its joint servo works."""
+
+    speed: float = 0.4
+    """Speed of the reference along the path when nobody is near [m/s]."""
+    lag: float = 0.05
+    """Distance of the tool from its reference at which the path clock runs at 1/e of its speed [m]."""
+    servo_gain: float = 40.0
+    """Velocity feedback of the joint servo [1/s]."""
+    hold_gain: float = 10.0
+    """Braking of the joints when the arm must hold [1/s]."""
+    person_radius: float = 0.05
+    """Smallest radius of a limb that the separation must not over-estimate (convex-body bias of the field) [m]."""
+
+
+class Params(eqx.Module):
+    """All numeric parameters by dotted name, for example `plan.potential.k_att`. Each leaf can be swept."""
+
+    plan: PlanParams = eqx.field(default_factory=PlanParams)
+    """Potential field and path optimiser."""
+    field: FieldParams = eqx.field(default_factory=FieldParams)
+    """Gaussian-process distance field."""
+    policy: PolicyParams = eqx.field(default_factory=PolicyParams)
+    """Riemannian motion policies."""
+    safety: SafetyParams = eqx.field(default_factory=SafetyParams)
+    """Speed and separation, zones, path clock."""
+    motion: MotionParams = eqx.field(default_factory=MotionParams)
+    """Path following and joint servo."""

@@ -1,0 +1,200 @@
+"""One control period: read the field, decide the speed, ask the policy, guard the command, move the arm."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.field import GPField, lower_bound, union_distance_and_gradient
+from hrcjax.geom.point_motion import PointMotion
+from hrcjax.plan import PathCurve
+from hrcjax.policy import JointLimits, limit_acceleration, policy_acceleration
+from hrcjax.robot import ArmState, point_motion
+from hrcjax.safety import (
+    ClockState,
+    ZoneState,
+    advance,
+    effective_mass,
+    governor,
+    guard,
+    initial_clock,
+    initial_zone,
+    monitor,
+    pfl_speeds,
+)
+from hrcjax.sim.cell import TOOL_REACH, Cell
+from hrcjax.sim.params import Params
+from hrcjax.sim.servo import servo
+from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Vector3
+
+NOT_FINITE_COMMAND = 1
+TORQUE_LIMITED = 2
+NOT_FINITE_TORQUE = 4
+
+
+class TickState(eqx.Module):
+    """What one control period hands to the next."""
+
+    arm: ArmState
+    """The arm as measured."""
+    clock: ClockState
+    """How far along the path the reference is."""
+    zone: ZoneState
+    """Memory of the safety zones."""
+
+
+class Sensed(eqx.Module):
+    """What perception knows at one tick."""
+
+    static: GPField
+    """Field of the scene without the person."""
+    moving: GPField
+    """Field of what moves, from the newest frame."""
+    age: Float[Array, ""]
+    """Age of that frame; infinite: there is none [s]."""
+    valid: Bool[Array, ""]
+    """False where the frame lost points for want of room."""
+
+
+class Record(eqx.Module):
+    """What one tick leaves behind; an episode stacks them over time."""
+
+    q: Float[Array, "*time joint"]
+    """Joint positions at the start of the tick [rad]."""
+    qd: Float[Array, "*time joint"]
+    """Joint speeds [rad/s]."""
+    qdd: Float[Array, "*time joint"]
+    """Joint accelerations commanded [rad/s^2]."""
+    tau: Float[Array, "*time joint"]
+    """Motor torques at the start of the tick [N m]."""
+    tool: Float[Array, "*time 3"]
+    """Tool point [m]."""
+    reference: Float[Array, "*time 3"]
+    """Where the path clock wants the tool [m]."""
+    travelled: Float[Array, "*time"]
+    """Arc length of the reference [m]."""
+    separation: Float[Array, "*time"]
+    """Distance arm to person as the field has it, lower bound [m]."""
+    field_clearance: Float[Array, "*time"]
+    """Distance arm to anything as the field has it [m]."""
+    approach: Float[Array, "*time"]
+    """Largest speed of a control point towards the person [m/s]."""
+    speed_limit: Float[Array, "*time"]
+    """What the safety monitor allowed [m/s]."""
+    zone: Int[Array, "*time"]
+    """0 green, 1 yellow, 2 red, 3 stop."""
+    reasons: Int[Array, "*time"]
+    """Bits of why the arm was stopped; words by `hrcjax.safety.describe`."""
+    status: Int[Array, "*time"]
+    """Bits: NOT_FINITE_COMMAND 1, TORQUE_LIMITED 2, NOT_FINITE_TORQUE 4."""
+
+
+def joint_limits(cell: Cell, dtype: jnp.dtype) -> JointLimits:
+    """Limits of the cell's arm."""
+    arm = cell.arm
+    return JointLimits(*(jnp.asarray(v, dtype) for v in (arm.q_min, arm.q_max, arm.qd_max, arm.qdd_max)))
+
+
+def tool_axes(x: Vector3, R: Matrix3, reach: float = TOOL_REACH) -> Float[Array, "3 3"]:
+    """The tool point and the points `reach` along its x and y axes: three goals that fix a pose [m]."""
+    return x + reach * jnp.stack([jnp.zeros_like(x), R[:, 0], R[:, 1]])
+
+
+def initial_state(q: Joints) -> TickState:
+    """Standing at q, at the start of the path."""
+    return TickState(ArmState(q, jnp.zeros_like(q)), initial_clock(q.dtype), initial_zone(q.dtype))
+
+
+def tick(
+    params: Params, cell: Cell, curve: PathCurve, R_goal: Matrix3, posture: Joints, sensed: Sensed, state: TickState
+) -> tuple[TickState, Record]:
+    """One control period of `cell.dt`.
+
+    The order: kinematics of the control points; distances to everything and to the person; the safety monitor; the
+    path clock; the motion policy; limits of the joints; the speed governor and the guard against NaN; joint servo.
+
+    Args:
+        curve: path of the tool by arc length.
+        R_goal: orientation of the tool, held along the path.
+        posture: joint positions that the posture leaf draws to [rad].
+    """
+    q, qd = state.arm.q, state.arm.qd
+    dt = cell.dt
+    body, tool = control_motion(cell, q, qd)
+    radii = jnp.asarray(cell.arm.control_radii, q.dtype)
+
+    union = jax.vmap(lambda x: union_distance_and_gradient(sensed.static, sensed.moving, x))
+    d_all, g_all, d_person, g_person = union(body.x)
+    d_person = jax.vmap(lambda d: lower_bound(d, params.motion.person_radius, params.field.length_scale))(d_person)
+    separation = d_person - radii
+    approach = -jnp.sum(g_person * body.xd, axis=-1)
+
+    slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.safety.pfl))).astype(q.dtype)
+    zone, decision = monitor(
+        params.safety, state.zone, separation, approach, sensed.age, dt, valid=sensed.valid, pfl_speed=slowest_contact
+    )
+
+    s = state.clock.s
+    reference = curve.point(s)
+    lag = jnp.exp(-jnp.sum((reference - tool.x[0]) ** 2) / params.motion.lag**2)
+    limit = jnp.minimum(params.motion.speed, decision.speed_limit) * lag
+    clock = advance(params.safety.clock, state.clock, limit, curve.length - s, dt, decision.hold)
+    velocity = curve.tangent(s) * state.clock.v
+    acceleration = curve.curvature(s) * state.clock.v**2 + curve.tangent(s) * clock.a
+
+    limits = joint_limits(cell, q.dtype)
+    asked = policy_acceleration(
+        params.policy,
+        q,
+        qd,
+        tool,
+        tool_axes(reference, R_goal),
+        jnp.broadcast_to(velocity, (3, 3)),
+        jnp.broadcast_to(acceleration, (3, 3)),
+        body,
+        d_all - radii,
+        g_all,
+        limits,
+        posture,
+    )
+    brake = -params.motion.hold_gain * qd
+    safe, bad = guard(asked, brake)
+    limited, _ = limit_acceleration(safe, q, qd, limits, dt)
+    ahead = qd + limited * dt
+    scale = governor(ahead, body.J, g_person, decision.point_limit)
+    governed = (scale * ahead - qd) / dt
+    governed = jnp.where(decision.hold, brake, governed)
+    qdd, _ = limit_acceleration(governed, q, qd, limits, dt)
+
+    arm, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
+    status = (
+        jnp.where(bad, NOT_FINITE_COMMAND, 0)
+        | jnp.where(torque_limited, TORQUE_LIMITED, 0)
+        | jnp.where(torque_bad, NOT_FINITE_TORQUE, 0)
+    )
+    record = Record(
+        q=q,
+        qd=qd,
+        qdd=qdd,
+        tau=tau,
+        tool=tool.x[0],
+        reference=reference,
+        travelled=s,
+        separation=jnp.min(separation),
+        field_clearance=jnp.min(d_all - radii),
+        approach=jnp.max(approach),
+        speed_limit=decision.speed_limit,
+        zone=decision.zone,
+        reasons=decision.reasons,
+        status=status.astype(jnp.int32),
+    )
+    return TickState(arm, clock, zone), record
+
+
+def control_motion(cell: Cell, q: Joints, qd: Joints) -> tuple[PointMotion, PointMotion]:
+    """Motion of the control points of the body, and of the three tool points, in one pass over the chain."""
+    arm = cell.arm
+    links = (*arm.control_links, *(arm.tool_link,) * 3)
+    motion = point_motion(arm.chain, q, qd, links, cell.control_offsets)
+    count = len(arm.control_links)
+    body, tool = (jax.tree.map(lambda a: a[part], motion) for part in (slice(None, count), slice(count, None)))
+    return body, tool

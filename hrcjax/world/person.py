@@ -1,0 +1,54 @@
+"""A person as capsules that move: recorded or made beforehand, read at any time."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.typing import Array, Bool, Float, Scalar
+
+REGIONS = (
+    "pelvis", "chest", "neck", "head", "upper arm", "upper arm", "forearm", "forearm", "hand", "hand",
+    "thigh", "thigh", "lower leg", "lower leg",
+)  # fmt: skip
+"""Body region of each capsule, in the words of the power-and-force table; of two equal ones the left comes first."""
+
+RADII = {
+    "pelvis": 0.22, "chest": 0.22, "neck": 0.07, "head": 0.15, "upper arm": 0.10, "forearm": 0.066, "hand": 0.103,
+    "thigh": 0.10, "lower leg": 0.07,
+}  # fmt: skip
+"""Radius by region [m]. Trunk, head and arm as in use for capsule models of people; neck and legs are ours."""
+
+
+class Person(eqx.Module):
+    """Capsules at equal steps of time. `regions` names the body region of each."""
+
+    a: Float[Array, "frame capsule 3"]
+    """One end of each axis, in the world [m]."""
+    b: Float[Array, "frame capsule 3"]
+    """The other end [m]."""
+    radius: Float[Array, "capsule"]
+    """Radius [m]."""
+    rate: Float[Array, ""]
+    """Frames a second [Hz]."""
+    present: Bool[Array, "frame"]
+    """False where nobody is in the cell."""
+    regions: tuple[str, ...] = eqx.field(static=True, default=REGIONS)
+    """Body region of each capsule."""
+
+
+def person_at(person: Person, t: Scalar) -> Capsules:
+    """The person's capsules at a time [s]: between frames on a straight line, before and after the record held.
+
+    Absent (all radii -1) only where both neighbouring frames are.
+    """
+    frames = person.a.shape[0]
+    place = jnp.clip(jnp.asarray(t, person.a.dtype) * person.rate, 0, frames - 1)
+    first = jnp.clip(jnp.floor(place).astype(jnp.int32), 0, max(frames - 2, 0))
+    second = jnp.minimum(first + 1, frames - 1)
+    weight = place - first.astype(place.dtype)
+    present = jnp.where(weight < 1, person.present[first], False) | jnp.where(weight > 0, person.present[second], False)
+    return Capsules(
+        a=person.a[first] + weight * (person.a[second] - person.a[first]),
+        b=person.b[first] + weight * (person.b[second] - person.b[first]),
+        radius=jnp.where(present, person.radius, -1),
+    )

@@ -1,0 +1,160 @@
+"""Zones: thresholds, tightening at once, relaxing with hysteresis and a wait, and the speed of every zone."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hrcjax.safety import (
+    GREEN,
+    RED,
+    STOP,
+    YELLOW,
+    ZONE_NAMES,
+    SafetyParams,
+    ZoneParams,
+    ZoneState,
+    allowed_speed,
+    initial_zone,
+    separation_distance,
+    update_zone,
+    zone_at,
+    zone_speed,
+    zone_thresholds,
+)
+
+PARAMS = SafetyParams()
+ONLY_SLOWS = SafetyParams(zone=ZoneParams(red_only_slows=True))
+DT = 0.01
+
+
+@jax.jit
+def run(distances, fresh, state):
+    """The zone over time."""
+
+    def tick(state, now):
+        state = update_zone(PARAMS, state, now[0], now[1], jnp.asarray(DT, now[0].dtype))
+        return state, state.zone
+
+    return jax.lax.scan(tick, state, (distances, fresh))[1]
+
+
+def zones(distances, fresh=None, start=GREEN):
+    d = jnp.asarray(distances)
+    fresh = jnp.ones(d.shape, bool) if fresh is None else jnp.asarray(fresh)
+    return np.asarray(run(d, fresh, ZoneState(jnp.asarray(start, jnp.int32), jnp.zeros((), d.dtype))))
+
+
+def test_thresholds() -> None:
+    """S_p of 0, 0.25 and 1 m/s: .32, .49, 1.12 m by the literature's figures."""
+    limits = zone_thresholds(PARAMS)
+    np.testing.assert_allclose((limits.stop, limits.yellow, limits.green), (0.32, 0.49, 1.12), atol=0.005)
+
+
+def test_order_of_the_zones() -> None:
+    """Names, and the zone on both sides of every threshold; eq. 6c's red is nearer than d_yellow."""
+    assert (GREEN, YELLOW, RED, STOP) == (0, 1, 2, 3)
+    assert ZONE_NAMES == ("green", "yellow", "red", "stop")
+    limits = zone_thresholds(PARAMS)
+    for threshold, inside, outside in ((limits.stop, STOP, RED), (limits.yellow, RED, YELLOW), (limits.green, YELLOW, GREEN)):
+        assert zone_at(PARAMS, threshold - 1e-6) == inside
+        assert zone_at(PARAMS, threshold + 1e-6) == outside
+    for slack, zone in ((-0.5, GREEN), (0.0, YELLOW), (0.3, RED), (0.5, STOP)):
+        assert zone_at(PARAMS, 0.7, slack=slack) == zone
+
+
+@pytest.mark.parametrize("d", [jnp.nan, jnp.inf, -jnp.inf])
+def test_missing_distance_stops(d: float) -> None:
+    assert zone_at(PARAMS, d) == STOP
+    assert zone_at(ONLY_SLOWS, d) == STOP
+    assert zone_at(PARAMS, 3.0, d) == STOP
+    assert zones([3.0, d])[1] == STOP
+
+
+def test_head_near_stops() -> None:
+    assert zone_at(PARAMS, 3.0, 0.499) == STOP
+    assert zone_at(PARAMS, 3.0, 0.501) == GREEN
+    assert zone_at(PARAMS, 3.0, 0.55, slack=0.1) == STOP
+    assert zone_at(ONLY_SLOWS, 3.0, 0.4) == RED
+    state = update_zone(PARAMS, initial_zone(jnp.float64), 3.0, True, DT, 0.4)
+    assert state.zone == STOP
+
+
+def test_paper_option_only_slows() -> None:
+    assert zone_at(ONLY_SLOWS, 0.01) == RED
+    assert zone_at(ONLY_SLOWS, 0.6) == YELLOW
+    assert update_zone(ONLY_SLOWS, initial_zone(jnp.float64), 3.0, False, DT).zone == STOP
+
+
+def test_tightens_at_once() -> None:
+    np.testing.assert_array_equal(zones([2.0, 0.8, 0.4, 0.2]), [GREEN, YELLOW, RED, STOP])
+    assert zones([0.2])[0] == STOP
+
+
+def test_relaxes_after_the_hysteresis_and_the_wait() -> None:
+    """0.1 m farther for 0.1 s: ten ticks of 10 ms; 0.09 m farther never."""
+    np.testing.assert_array_equal(zones(np.full(12, 0.60), start=RED), [RED] * 9 + [YELLOW] * 3)
+    np.testing.assert_array_equal(zones(np.full(40, 0.57), start=RED), [RED] * 40)
+    np.testing.assert_array_equal(zones(np.full(12, 3.0), start=STOP), [STOP] * 9 + [GREEN] * 3)
+
+
+def test_an_interrupted_wait_starts_again() -> None:
+    d = np.full(30, 0.60)
+    d[7] = 0.55
+    np.testing.assert_array_equal(zones(d, start=RED), [RED] * 17 + [YELLOW] * 13)
+    np.testing.assert_array_equal(zones(np.full(30, 0.6), np.arange(30) != 7, RED), [RED] * 7 + [STOP] * 10 + [YELLOW] * 13)
+
+
+def test_no_chatter_at_a_threshold() -> None:
+    """Noise of 4 cm about a threshold changes the zone once."""
+    rng = np.random.default_rng(1)
+    d = 0.49 + rng.uniform(-0.04, 0.04, 300)
+    assert np.count_nonzero(np.diff(zones(d))) <= 1
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.floats(0.0, 2.0), min_size=25, max_size=25))
+def test_never_more_relaxed_than_the_distance(distances: list[float]) -> None:
+    plain = jax.vmap(lambda d: zone_at(PARAMS, d))(jnp.asarray(distances))
+    assert np.all(zones(distances) >= np.asarray(plain))
+
+
+def test_speeds() -> None:
+    """Green and yellow v(d) up to nominal, red the least of three, stop 0."""
+    assert zone_speed(PARAMS, jnp.asarray(GREEN), 3.0) == 1.0
+    np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8), allowed_speed(PARAMS.ssm, 0.8), rtol=1e-12)
+    assert 0.25 < zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8) < 1.0
+    assert zone_speed(PARAMS, jnp.asarray(RED), 0.8) == 0.25
+    assert zone_speed(PARAMS, jnp.asarray(RED), 0.8, 0.2) == 0.2
+    assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, 0.2) > 0.25
+    np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(RED), 0.4), allowed_speed(PARAMS.ssm, 0.4), rtol=1e-12)
+    assert zone_speed(PARAMS, jnp.asarray(STOP), 3.0, 0.2) == 0
+    assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, None, 0.0) > zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8)
+
+
+def test_speed_options_in_red() -> None:
+    contact = SafetyParams(zone=ZoneParams(red_follows_separation=False))
+    for params in (ONLY_SLOWS, contact):
+        assert zone_speed(params, jnp.asarray(RED), 0.1) == 0.25
+        assert zone_speed(params, jnp.asarray(RED), 0.1, 0.1) == 0.1
+
+
+def test_derivatives_and_precision(dtype: jnp.dtype) -> None:
+    d = jnp.asarray(0.8, dtype)
+    value, slope = jax.value_and_grad(lambda x: zone_speed(PARAMS, jnp.asarray(YELLOW), x))(d)
+    assert value.dtype == slope.dtype == dtype
+    expected = 1 / jax.grad(lambda v: separation_distance(PARAMS.ssm, v))(value)  # slope of an inverse
+    np.testing.assert_allclose(slope, expected, rtol=1e-5)
+    state = update_zone(PARAMS, initial_zone(dtype), d, True, jnp.asarray(DT, dtype))
+    assert state.waited.dtype == dtype and state.zone.dtype == jnp.int32
+
+
+def test_batches_of_settings() -> None:
+    """Every number is a leaf: a sweep is a vmap."""
+    leaves = jax.tree.map(lambda x: jnp.asarray([x, x]), PARAMS)
+    leaves = eqx.tree_at(lambda p: p.zone.red_speed, leaves, jnp.asarray([0.25, 0.5]))
+    both = jax.vmap(lambda p: zone_at(p, 0.6))(leaves)
+    np.testing.assert_array_equal(both, [YELLOW, RED])
