@@ -1,6 +1,6 @@
 """Shortest and straightest path that keeps its distance: minimise omega1 length + omega2 bending energy."""
 
-from collections.abc import Callable
+import math
 
 import equinox as eqx
 import jax
@@ -14,6 +14,10 @@ from hrcjax.plan.length import length
 from hrcjax.plan.params import PathParams, PlanParams
 from hrcjax.plan.potential import DistancesFn
 from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
+
+
+_WAVE = (8 * math.pi) ** 2
+"""Square of the wave number, times the length of the path, at which constraint and path are compared."""
 
 
 class PathResult(eqx.Module):
@@ -41,13 +45,6 @@ class PathResult(eqx.Module):
         """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is success."""
         bits = [self.reached, self.clear, self.inside]
         return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
-
-
-class _Constraints(eqx.Module):
-    """The constraints g >= 0 along the path, at the waypoints between start and goal, then at the middles of the segments."""
-
-    value: Float[Array, "sample constraint"]
-    normal: Float[Array, "sample constraint 3"]
 
 
 def required_distance(params: PlanParams, radius: Float[Array, "obstacle"]) -> Float[Array, "obstacle"]:
@@ -132,22 +129,21 @@ def optimise_path(
 
     at_start, at_goal = gaps(waypoints[0]), gaps(waypoints[-1])
 
-    def iterate(
-        carry: tuple[Float[Array, "waypoint 3"], Float[Array, "sample constraint"]], penalty: Float[Array, ""]
-    ) -> tuple[tuple[Float[Array, "waypoint 3"], Float[Array, "sample constraint"]], None]:
-        x, multiplier = carry
+    def iterate(x: Float[Array, "waypoint 3"], softness: Float[Array, ""]) -> tuple[Float[Array, "waypoint 3"], None]:
         total, _, length_gradient, energy_gradient = _curve_energy(x)
         a = path.omega1 * count / total
         b = 2 * path.omega2 * count**3 / total**3
-        wave = (8 * jnp.pi) ** 2
-        stiffness = penalty * (path.omega1 * wave / total + 2 * path.omega2 * wave * wave / total**3) / count
+        unit = (path.omega1 * _WAVE / total + 2 * path.omega2 * _WAVE * _WAVE / total**3) / count
+        stiffness = path.penalty * unit
 
         gap, normal = jax.vmap(gaps_and_normals)(_samples(x))
         opening = path.opening * total * place[:, None]
         allowed = jnp.minimum(at_start + opening, at_goal + path.opening * total - opening)
-        lacking = jnp.minimum(required, allowed) - gap
-        push = jnp.maximum(multiplier + stiffness * lacking, 0)
-        held = jnp.where(push > 0, stiffness, 0)
+        spare = jnp.minimum(gap - jnp.minimum(required, allowed), 10.0)
+        root = jnp.sqrt((stiffness * spare) ** 2 + 4 * stiffness * unit * softness * softness)
+        larger = (root + jnp.abs(stiffness * spare)) / 2
+        push = jnp.where(spare > 0, stiffness * unit * softness * softness / larger, larger)
+        held = stiffness * push / root
 
         block = jnp.sum(held[..., None, None] * normal[..., :, None] * normal[..., None, :], axis=1)
         diagonal, off = _spread(block)
@@ -159,15 +155,14 @@ def optimise_path(
         inner = count - 1
         force = force[:inner] + (force[inner:-1] + force[inner + 1 :]) / 2
         force = force - path.omega1 * length_gradient - path.omega2 * energy_gradient
-        move = jnp.pad(band_solve(diagonal, off, b, force), ((1, 1), (0, 0)))
-        moved = jnp.sum(normal * _samples(move)[:, None, :], axis=-1)
-        return (x + move, jnp.maximum(multiplier + stiffness * (lacking - moved), 0)), None
+        move = band_solve(diagonal, off, b, force)
+        longest = safe_sqrt(jnp.max(jnp.sum(move * move, axis=-1)))
+        move = move * jnp.where(longest > path.move_max, path.move_max / jnp.where(longest > 0, longest, 1), 1)
+        return x + jnp.pad(move, ((1, 1), (0, 0))), None
 
-    penalties = jnp.asarray(path.penalty, dtype) * jnp.asarray(path.penalty_growth, dtype) ** jnp.linspace(
-        0, 1, iterations, dtype=dtype
-    )
-    free = jnp.zeros((2 * count - 1, required.shape[0]), dtype)
-    (result, _), _ = jax.lax.scan(jax.checkpoint(iterate), (waypoints, free), penalties)
+    first, last = jnp.asarray(path.softness_first, dtype), jnp.asarray(path.softness_last, dtype)
+    ramp = jnp.minimum(jnp.linspace(0, 1.25, iterations, dtype=dtype), 1)
+    result, _ = jax.lax.scan(jax.checkpoint(iterate), waypoints, first * (last / first) ** ramp)
     return judge(params, result, distances, radius, lower, upper, reached)
 
 

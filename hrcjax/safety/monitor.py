@@ -85,9 +85,12 @@ def monitor(
     hold = old | ~finite | invalid
 
     state = update_zone(params, state, nearest, ~hold, dt, head_distance)
-    person = assumed_human_speed(params.ssm, d) if v_h is None else jnp.full_like(d, v_h)
-    limit = _point_limits(params, state.zone, d, pfl_speed, person)
-    limit = jnp.where(hold, 0.0, limit)
+
+    def point_limit(one: Float[Array, ""]) -> Float[Array, ""]:
+        person = assumed_human_speed(params.ssm, one) if v_h is None else v_h
+        return zone_speed(params, state.zone, one, pfl_speed, person)
+
+    limit = jnp.where(hold, 0.0, jax.vmap(point_limit)(d))
     scale = jnp.where(hold, 0.0, speed_scale(v_r, limit))
 
     only_slows = params.zone.red_only_slows
@@ -112,17 +115,6 @@ def describe(reasons: int) -> str:
     """The bits of a stop in words; "none" for 0."""
     known = [text for bit, text in _REASONS.items() if int(reasons) & bit]
     return "; ".join(known) or "none"
-
-
-def _point_limits(
-    params: SafetyParams,
-    zone: Int[Array, ""],
-    d: Float[Array, "point"],
-    pfl_speed: Scalar | None,
-    v_h: Float[Array, "point"],
-) -> Float[Array, "point"]:
-    """`zone_speed` for every point [m/s]."""
-    return jax.vmap(lambda one, person: zone_speed(params, zone, one, pfl_speed, person))(d, v_h)
 
 
 def _bit(condition: Bool[Array, ""], bit: int) -> Int[Array, ""]:

@@ -1,6 +1,6 @@
 """Our own motions of a person: reach in, pass by, stand and work, nobody. Position is twice differentiable in time.
 
-Each is made once for a scene, at a fixed rate. A seed varies timing, side and target a little; the same seed gives the
+Each is made once for a scene, at a fixed rate, and can be jitted as a whole by the caller. A seed varies timing, side and target a little; the same seed gives the
 same motion.
 """
 
@@ -18,8 +18,10 @@ from hrcjax.world.place import path_middle, standing_place
 from hrcjax.world.scene import FLOOR_Z, Scene
 from hrcjax.world.skeleton import FOREARM, HAND, HIP_HEIGHT, SHOULDER, TORSO, UPPER_ARM, Pose, body_capsules, body_of
 
-REST = (0.15, 0.06, -0.60)
+REST = (0.15, 0.06, -0.57)
 """A hanging hand as seen from its shoulder: forward, outside, up [m]."""
+PROP = (0.10, 0.10, -0.48)
+"""The other hand, propped on the table while the body leans over it: the same [m]."""
 
 
 def smooth_step(t: Scalar, start: Scalar, end: Scalar) -> Float[Array, ""]:
@@ -57,10 +59,6 @@ def record(pose_at: Callable[[Float[Array, ""]], Pose], duration: float, rate: f
     )
 
 
-def _rest(dtype: jnp.dtype) -> Float[Array, "3"]:
-    return jnp.asarray(REST, dtype)
-
-
 def reach_in(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 30.0) -> Person:
     """Steps up to the table and puts one hand into the middle of the robot's path, then draws back and steps away.
 
@@ -92,8 +90,8 @@ def reach_in(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 3
         f = t / duration + shift
         here = bump(f, 0.08, 0.30, 0.68, 0.92)
         reach = bump(f, 0.26, 0.42, 0.62, 0.78)
-        rest = _rest(dtype)
-        moving, other = rest + reach * (target - rest), rest + 0 * target
+        rest, prop = jnp.asarray(REST, dtype), jnp.asarray(PROP, dtype)
+        moving, other = rest + reach * (target - rest), rest + reach * (prop - rest)
         return Pose(
             hip=place - (1 - here) * retreat * forward,
             forward=forward,
@@ -117,24 +115,24 @@ def pass_by(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 30
 
     def pose_at(t: Float[Array, ""]) -> Pose:
         swing = jnp.sin(pace * t)
-        rest, ahead = _rest(dtype), jnp.asarray([0.22, 0.0, 0.04], dtype)
+        rest, ahead = jnp.asarray(REST, dtype), jnp.asarray([0.22, 0.0, 0.04], dtype)
         hip = jnp.stack([middle + way * speed * (t - duration / 2), jnp.asarray(distance, dtype)])
         return Pose(
             hip=hip,
             forward=forward,
             lean=0.05,
             hand=(rest - swing * ahead, rest + swing * ahead),
-            stride=0.4 * swing,
+            stride=0.27 * swing,
         )
 
     return record(pose_at, duration, rate, dtype)
 
 
 def stand_and_work(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 30.0) -> Person:
-    """Stands beside the path's far end and moves both hands over the table's edge, about 0.9 m from the base."""
+    """Stands beside the path's far end and moves both hands over the table's edge, about 1 m from the base."""
     phase = float(np.random.default_rng(seed).uniform(0, 2 * np.pi)) if seed else 0.0
     dtype = scene.start.dtype
-    place = standing_place(scene, aside=0.4)
+    place = standing_place(scene, aside=0.6)
     forward = jnp.asarray([0.0, -1.0], dtype)
 
     def pose_at(t: Float[Array, ""]) -> Pose:

@@ -10,6 +10,12 @@ from jax.test_util import check_grads
 
 from hrcjax.safety import SafetyParams, approach_speeds, governor, guard, initial_zone, monitor, speed_scale
 
+# Compiled once a shape, not operation by operation.
+approach_speeds = jax.jit(approach_speeds)
+governor = jax.jit(governor)
+guard = jax.jit(guard)
+speed_scale = jax.jit(speed_scale)
+
 L1, L2 = 0.5, 0.4
 
 
@@ -43,9 +49,8 @@ def test_the_elbow_limits_where_the_tool_does_not() -> None:
     beta_tool = governor(qd, J[1:], g[1:], limit)
     np.testing.assert_allclose(approach[0] * beta, limit, rtol=1e-10)
     assert beta_tool > 1.5 * beta
-    near_tool = SafetyParams()
-    _, whole = monitor(near_tool, initial_zone(jnp.float64), d, approach, 0.0, 0.01)
-    _, tool = monitor(near_tool, initial_zone(jnp.float64), d[1:], approach[1:], 0.0, 0.01)
+    tick = jax.jit(lambda d, v_r: monitor(SafetyParams(), initial_zone(jnp.float64), d, v_r, 0.0, 0.01)[1])
+    whole, tool = tick(d, approach), tick(d[1:], approach[1:])
     assert whole.scale < tool.scale
 
 
@@ -66,7 +71,7 @@ def test_the_approach_is_within_the_limit_and_no_slower_than_needed(seed: int, l
     approach = max(-g[k] @ J[k] @ qd for k in range(5))
     assert 0 <= beta <= 1
     assert approach * beta <= limit * (1 + 1e-12)
-    assert beta == 1 or approach * beta >= limit * (1 - 1e-12)
+    assert beta == 1 or approach * beta >= limit * (1 - 1e-12) - 1e-300
 
 
 def test_a_retreat_is_not_slowed() -> None:
@@ -102,9 +107,10 @@ def test_derivatives_and_precision(dtype: jnp.dtype) -> None:
     J, qd, g = (jnp.asarray(rng.normal(size=s), dtype) for s in ((4, 3, 6), (6,), (4, 3)))
     assert governor(qd, J, g, jnp.asarray(0.2, dtype)).dtype == dtype
     if dtype == jnp.float64:
-        check_grads(lambda qd, limit: governor(jnp.asarray(qd), J, g, jnp.asarray(limit)), (qd, 0.2), order=1)
+        check_grads(jax.jit(lambda qd, limit: governor(qd, J, g, limit)), (qd, jnp.asarray(0.2)), order=1)
+    slope = jax.jit(jax.grad(lambda qd: governor(qd, J, 0 * g, jnp.asarray(0.0, dtype))))
     for still in (jnp.zeros(6, dtype), qd):
-        slopes = jax.grad(lambda qd, g=g: governor(qd, J, 0 * g, jnp.asarray(0.0, dtype)))(still)
+        slopes = slope(still)
         assert jnp.all(jnp.isfinite(slopes))
 
 

@@ -26,6 +26,11 @@ from hrcjax.safety import (
     zone_thresholds,
 )
 
+# Compiled once a shape, not operation by operation.
+update_zone = jax.jit(update_zone)
+zone_at = jax.jit(zone_at)
+zone_speed = jax.jit(zone_speed)
+
 PARAMS = SafetyParams()
 ONLY_SLOWS = SafetyParams(zone=ZoneParams(red_only_slows=True))
 DT = 0.01
@@ -40,6 +45,9 @@ def run(distances, fresh, state):
         return state, state.zone
 
     return jax.lax.scan(tick, state, (distances, fresh))[1]
+
+
+plain_zones = jax.jit(jax.vmap(lambda d: zone_at(PARAMS, d)))
 
 
 def zones(distances, fresh=None, start=GREEN):
@@ -59,7 +67,11 @@ def test_order_of_the_zones() -> None:
     assert (GREEN, YELLOW, RED, STOP) == (0, 1, 2, 3)
     assert ZONE_NAMES == ("green", "yellow", "red", "stop")
     limits = zone_thresholds(PARAMS)
-    for threshold, inside, outside in ((limits.stop, STOP, RED), (limits.yellow, RED, YELLOW), (limits.green, YELLOW, GREEN)):
+    for threshold, inside, outside in (
+        (limits.stop, STOP, RED),
+        (limits.yellow, RED, YELLOW),
+        (limits.green, YELLOW, GREEN),
+    ):
         assert zone_at(PARAMS, threshold - 1e-6) == inside
         assert zone_at(PARAMS, threshold + 1e-6) == outside
     for slack, zone in ((-0.5, GREEN), (0.0, YELLOW), (0.3, RED), (0.5, STOP)):
@@ -105,7 +117,9 @@ def test_an_interrupted_wait_starts_again() -> None:
     d = np.full(30, 0.60)
     d[7] = 0.55
     np.testing.assert_array_equal(zones(d, start=RED), [RED] * 17 + [YELLOW] * 13)
-    np.testing.assert_array_equal(zones(np.full(30, 0.6), np.arange(30) != 7, RED), [RED] * 7 + [STOP] * 10 + [YELLOW] * 13)
+    np.testing.assert_array_equal(
+        zones(np.full(30, 0.6), np.arange(30) != 7, RED), [RED] * 7 + [STOP] * 10 + [YELLOW] * 13
+    )
 
 
 def test_no_chatter_at_a_threshold() -> None:
@@ -118,7 +132,7 @@ def test_no_chatter_at_a_threshold() -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(0.0, 2.0), min_size=25, max_size=25))
 def test_never_more_relaxed_than_the_distance(distances: list[float]) -> None:
-    plain = jax.vmap(lambda d: zone_at(PARAMS, d))(jnp.asarray(distances))
+    plain = plain_zones(jnp.asarray(distances))
     assert np.all(zones(distances) >= np.asarray(plain))
 
 
@@ -144,9 +158,9 @@ def test_speed_options_in_red() -> None:
 
 def test_derivatives_and_precision(dtype: jnp.dtype) -> None:
     d = jnp.asarray(0.8, dtype)
-    value, slope = jax.value_and_grad(lambda x: zone_speed(PARAMS, jnp.asarray(YELLOW), x))(d)
+    value, slope = jax.jit(jax.value_and_grad(lambda x: zone_speed(PARAMS, jnp.asarray(YELLOW), x)))(d)
     assert value.dtype == slope.dtype == dtype
-    expected = 1 / jax.grad(lambda v: separation_distance(PARAMS.ssm, v))(value)  # slope of an inverse
+    expected = 1 / jax.jit(jax.grad(lambda v: separation_distance(PARAMS.ssm, v)))(value)  # slope of an inverse
     np.testing.assert_allclose(slope, expected, rtol=1e-5)
     state = update_zone(PARAMS, initial_zone(dtype), d, True, jnp.asarray(DT, dtype))
     assert state.waited.dtype == dtype and state.zone.dtype == jnp.int32

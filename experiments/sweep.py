@@ -1,0 +1,269 @@
+"""`python -m experiments.sweep`: the whole system for many settings of its parameters."""
+
+import contextlib
+import io
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import jax
+import tyro
+
+from configs import CONFIGS, SweepConfig
+from experiments.dataset import taken_names, world_shape, write_results
+from experiments.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
+from experiments.errors import StorageError, UsageError, exit_status, one_line
+from experiments.progress import duration
+from experiments.provenance import code_digest, file_digest, fingerprint, provenance, versions
+from experiments.settings import Settings, leaf_names, make_settings
+from experiments.store import RESULTS, RunStore, open_run, open_store
+from experiments.summary import best_table
+from experiments.sweepable import Sweepable
+
+DESCRIPTION = """Run the whole system for many settings of its parameters, and keep all results in one labelled file.
+
+By default: 16 x 16 x 8 settings of K_att, K_rep and zeta in the paper's scene with a person who reaches in.
+Killed at any moment, the same command resumes and ends with the same numbers.
+
+Examples:
+
+  Does it work? 32 settings, short episodes:
+    python -m experiments.sweep --quick
+
+  The paper's sweep, but with a recorded person in cluttered scenes of three seeds:
+    python -m experiments.sweep --scene clutter --person path/to/motion.bvh --seed 0 1 2
+
+  Other parameters: 256 Sobol samples of a length-scale and of a gain of the motion policy:
+    python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.05:0.5 policy.collision.k_rep=lin:0.1:2
+
+--list shows all parameters; a name's last part is enough where only one parameter ends so.
+In a notebook: from experiments.store import open_run; open_run("runs/...").score.sel(zeta=5)"""
+
+
+def _named_config(argv: Sequence[str]) -> SweepConfig:
+    """The named settings that --config asks for."""
+    name = SweepConfig.config
+    for i, word in enumerate(argv):
+        if word == "--config" and i + 1 < len(argv):
+            name = argv[i + 1]
+        elif word.startswith("--config="):
+            name = word.partition("=")[2]
+    if name not in CONFIGS:
+        raise UsageError(f"no config {name!r}; accepted: {', '.join(CONFIGS)}")
+    return CONFIGS[name]
+
+
+def parse(argv: Sequence[str]) -> SweepConfig:
+    """The settings from the command line.
+
+    Raises:
+        UsageError: an unknown option or config, a value of the wrong type.
+        SystemExit: with status 0 after --help.
+    """
+    default = _named_config(argv)
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(printed):
+            return tyro.cli(
+                SweepConfig,
+                prog="python -m experiments.sweep",
+                description=DESCRIPTION,
+                default=default,
+                args=list(argv),
+            )
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        words = " ".join(printed.getvalue().translate({ord(c): " " for c in "╭╮╰╯│─"}).split())
+        message = words.partition("For full helptext")[0].strip()
+        raise UsageError(f"{message or 'wrong options'}; --help shows all") from None
+
+
+def _people(config: SweepConfig) -> list[dict[str, str]]:
+    """People by name, and recorded ones also by what is in their file."""
+    return [
+        {"name": name, **({"sha256": file_digest(path)} if (path := Path(name)).is_file() else {})}
+        for name in config.person
+    ]
+
+
+def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
+    """Everything that decides the numbers of a run, as JSON values."""
+    used = versions()
+    return {
+        "scene": list(config.scene),
+        "person": _people(config),
+        "seed": list(config.seed),
+        "axes": {axis.name: list(axis.values) or [axis.scale, axis.low, axis.high] for axis in settings.axes},
+        "sobol": [settings.count, config.sobol_seed] if config.sobol else [],
+        "quick": config.quick,
+        "backend": config.backend,
+        "chunk": chunk,
+        "x64": bool(jax.config.jax_enable_x64),  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
+        "params": leaf_names(problem.params),
+        "versions": {name: used[name] for name in ("jax", "jaxlib", "mujoco", "mujoco-mjx", "numpy", "scipy")},
+        "code": code_digest(),
+    }
+
+
+def _list_parameters(problem: Sweepable) -> str:
+    short = {full: alias for alias, full in problem.aliases.items()}
+    lines = []
+    for name, default in leaf_names(problem.params).items():
+        domain = problem.domains.get(name)
+        bounds = f"[{domain[0]:g}, {domain[1]:g}]" if domain else ""
+        lines.append([name, f"{default:g}", bounds, short.get(name, "")])
+    table = [["parameter", "default", "domain", "alias"], *lines]
+    widths = [max(len(line[i]) for line in table) for i in range(4)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in table
+    )
+
+
+def _build(config: SweepConfig) -> Sweepable:
+    from experiments.cell import build_cell  # here, so that --help and wrong options answer at once
+
+    try:
+        return build_cell(config.scene, config.person, config.seed, config.quick, config.backend)
+    except (ValueError, OSError) as error:
+        raise UsageError(one_line(error)) from error
+
+
+def _check(config: SweepConfig) -> None:
+    for option in ("scene", "person", "seed"):
+        values = getattr(config, option)
+        if not values:
+            raise UsageError(f"--{option} is empty")
+        if len(set(values)) < len(values):
+            raise UsageError(f"--{option}: a value is given twice")
+    if min(config.seed) < 0:
+        raise UsageError(f"--seed {min(config.seed)}: a seed is not negative")
+    if not 0 < config.memory < float("inf"):
+        raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
+    if config.best < 1:
+        raise UsageError(f"--best {config.best}: accepted is 1 or more")
+
+
+def _default_folder(config: SweepConfig, mark: str) -> Path:
+    people = "+".join(Path(name).stem for name in config.person)
+    return Path("runs") / f"sweep-{'+'.join(config.scene)}-{people}-{mark[:8]}"
+
+
+def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int, attrs: dict[str, Any]) -> None:
+    """Assembles results.nc from the chunks."""
+    slices = chunk_slices(settings.count, chunk)
+
+    def read(key: str, name: str) -> Any:
+        arrays = store.read(key, only=name)
+        if arrays is None or name not in arrays:
+            raise StorageError(f"{key} in {store.folder} was damaged after it was written; run the same command again")
+        return arrays[name]
+
+    def chunks(world: int, name: str) -> Any:
+        return ((place, read(chunk_key(world, c), name)) for c, place in enumerate(slices))
+
+    write_results(store.folder, problem, settings, chunks, lambda world, name: read(world_key(world), name), attrs)
+
+
+def run(config: SweepConfig) -> int:
+    """Runs or resumes a sweep; returns the exit status: 0, or 3 if some results are not finite."""
+    begin = time.monotonic()
+    _check(config)
+    problem = _build(config)
+    if config.list:
+        print(_list_parameters(problem))
+        return 0
+    by = config.by or problem.rank
+    if by not in problem.metrics:
+        raise UsageError(f"--by {by}: no such metric; accepted: {', '.join(problem.metrics)}")
+    settings = make_settings(
+        config.grid,
+        problem.params,
+        aliases=problem.aliases,
+        domains=problem.domains,
+        samples=config.sobol,
+        sample_seed=config.sobol_seed,
+        quick=config.quick,
+        taken=taken_names(problem),
+    )
+    world_shape(problem)
+    chunk = chunk_size(settings.count, config.memory, problem.bytes_per_setting)
+    who = identity(config, problem, settings, chunk)
+    mark = fingerprint(who)
+    folder = config.out or _default_folder(config, mark)
+    origin = provenance()
+    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
+    record = {"program": "sweep", "config": asked, "provenance": origin, "identity": who}
+    attrs = {"title": "sweep", "rank": by, "trade_off": list(problem.trade_off), "fingerprint": mark}
+    attrs |= {"config": asked, **origin, "statuses": {str(k): v for k, v in problem.statuses.items()}}
+    worlds = len(problem.worlds)
+    where = f" in {worlds} worlds" if worlds > 1 else ""
+    print(f"{settings.count} settings{where} -> {folder}", file=sys.stderr, flush=True)
+    with open_store(folder, mark, record, config.overwrite) as store:
+        tally = run_sweep(problem, settings, store, chunk, config.memory)
+        done = store.finished()
+        if done is None or tally.computed:
+            if done is not None:
+                done.close()
+            _finish(problem, settings, store, chunk, attrs)
+        else:
+            done.close()
+        if config.figures:
+            _draw(folder, by)
+    return _report(config, problem, folder, by, tally, time.monotonic() - begin)
+
+
+def _draw(folder: Path, by: str) -> None:
+    from experiments.figures import draw_run  # here: drawing is slow to import, and not always wanted
+
+    draw_run(folder, by)
+
+
+def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tally: Tally, seconds: float) -> int:
+    with open_run(folder) as results:
+        better = "lowest" if problem.metrics[by][1] == "low" else "highest"
+        over = ", means over all worlds" if len(problem.worlds) > 1 else ""
+        print(f"\nBest settings ({better} {by}{over}):")
+        print(best_table(results, by, config.best))
+    total = sum(tally.statuses.values())
+    failed = {code: times for code, times in sorted(tally.statuses.items()) if code > 0}
+    for code, times in failed.items():
+        print(f"{times} of {total} results: {problem.statuses.get(code, f'status {code}')}")
+    rate = f", {tally.computed / tally.compute_seconds:.3g} settings/s" if tally.computed else ""
+    compiled = f" ({duration(tally.compile_seconds)} of it compilation{rate})" if tally.computed else ""
+    print(f"\nTook {duration(seconds)}{compiled}.")
+    print(f"Results: {folder / RESULTS}" + (f"; figures: {folder / 'figures'}" if config.figures else ""))
+    if tally.not_finite:
+        text = f"warning: {tally.not_finite} of {total} results are not finite (status -1 in the dataset)"
+        print(text, file=sys.stderr, flush=True)
+        return 3
+    return 0
+
+
+def _keep_compiled() -> None:
+    """Keeps compiled programs between runs, unless the user chose a place or none."""
+    if jax.config.jax_compilation_cache_dir is None and "JAX_COMPILATION_CACHE_DIR" not in os.environ:  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
+        cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla"
+        jax.config.update("jax_compilation_cache_dir", str(cache))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """The program; returns its exit status."""
+
+    def program() -> int:
+        config = parse(sys.argv[1:] if argv is None else argv)
+        _keep_compiled()
+        return run(config)
+
+    try:
+        return exit_status(program)
+    except SystemExit as stop:  # --help
+        return int(stop.code or 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

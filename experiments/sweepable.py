@@ -1,0 +1,66 @@
+"""What a sweep runs: a function of settings and a world, and the names of what it returns."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
+
+NOT_FINITE = -1
+"""Status the sweep gives to a setting with a result that is not finite."""
+
+
+class Metric(NamedTuple):
+    """One number per setting."""
+
+    unit: str
+    better: Literal["low", "high", ""]
+    """Which end is the good one; empty: neither."""
+    description: str
+
+
+class Trace(NamedTuple):
+    """An array per setting (or per world): its dims without the leading `setting`."""
+
+    dims: tuple[str, ...]
+    unit: str
+    description: str
+
+
+@dataclass(frozen=True)
+class Sweepable:
+    """A program over settings and worlds with everything the sweep must know to run, store, rank and draw it."""
+
+    params: Any
+    """The defaults: a pytree whose leaves are Python floats."""
+    evaluate: Callable[[Any, Any], Mapping[str, Any]]
+    """(params with leaves of shape (setting,), world) -> metrics (setting,), traces (setting, ...), "status" (setting,)."""
+    worlds: Sequence[tuple[Mapping[str, Any], Callable[[], Any]]]
+    """({"scene", "person", "seed"}, function that builds the world): the whole product, the last label fastest."""
+    metrics: Mapping[str, Metric]
+    traces: Mapping[str, Trace]
+    bytes_per_setting: int = 1_000_000
+    """Memory that one more setting in a chunk takes while it runs [bytes]."""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """Short names of parameters: {"k_att": "plan.potential.k_att"}."""
+    domains: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Smallest and largest accepted value of a parameter by dotted name, both inclusive."""
+    rank: str = "score"
+    """The metric that ranks settings."""
+    trade_off: tuple[str, ...] = ("length", "bending_energy", "clearance")
+    """The metrics of the Pareto figure."""
+    statuses: Mapping[int, str] = field(default_factory=lambda: {0: "ok"})
+    """Meaning of each status; 0 is success."""
+    coords: Mapping[str, tuple[Any, str, str]] = field(default_factory=dict)
+    """Values, unit and description of dims of traces, for example time."""
+    describe: Callable[[Any], Mapping[str, Any]] | None = None
+    """World -> the arrays that a figure of it needs; stored once per world."""
+    described: Mapping[str, Trace] = field(default_factory=dict)
+    """Dims, unit and description of what `describe` returns."""
+    open_ended: frozenset[str] = frozenset()
+    """Outputs in which infinity or NaN has a meaning, for example a separation when nobody is there."""
+
+    def __post_init__(self) -> None:
+        for name, metric in self.metrics.items():
+            if metric[1] not in ("low", "high", ""):
+                raise ValueError(f"metric {name}: better is {metric[1]!r}, accepted: 'low', 'high', ''")
+        if self.rank not in self.metrics:
+            raise ValueError(f"rank {self.rank!r} is no metric; metrics: {', '.join(self.metrics)}")

@@ -1,0 +1,137 @@
+"""A depth camera: exact depth images of obstacles, table, floor, people and robot, by closed-form rays.
+
+Everything that is not a capsule stands still: its image is made once (`render_scene`); people and robot are drawn over it.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.geom.ray import ray_box, ray_capsule, ray_column, ray_plane, ray_sphere
+from hrcjax.geom.rotation import look_at
+from hrcjax.typing import Array, Float, Int, Matrix3, Scalar, Vector3
+from hrcjax.world.place import path_middle
+from hrcjax.world.scene import COLUMN, FLOOR_Z, SPHERE, Scene, table_solid
+
+
+class Camera(eqx.Module):
+    """A pinhole camera: x right, y down, z forward. Pixel (u, v) looks along ((u - cx)/fx, (v - cy)/fy, 1)."""
+
+    rotation: Matrix3
+    """World from camera."""
+    position: Vector3
+    """Of the pinhole, in the world [m]."""
+    fx: Scalar
+    """Focal length over the pixel's width [px]."""
+    fy: Scalar
+    """Focal length over the pixel's height [px]."""
+    cx: Scalar
+    """Column of the optical axis [px]."""
+    cy: Scalar
+    """Row of the optical axis [px]."""
+    width: int = eqx.field(static=True)
+    """Columns of the image."""
+    height: int = eqx.field(static=True)
+    """Rows of the image."""
+
+
+def d435i(eye: Vector3, target: Vector3, decimation: int = 4) -> Camera:
+    """An Intel D435i at `eye` that looks at `target`, of whose 640 x 480 pixels every n-th of every n-th row is kept.
+
+    Raises:
+        ValueError: a decimation that is not a positive divisor of 640 and 480.
+    """
+    if decimation < 1 or 640 % decimation or 480 % decimation:
+        raise ValueError(f"decimation {decimation} must be a positive divisor of 640 and 480")
+
+    def pixels(full: float) -> Array:
+        return jnp.asarray(full / decimation, eye.dtype)
+
+    return Camera(
+        rotation=look_at(eye, target),
+        position=eye,
+        fx=pixels(385.0),
+        fy=pixels(385.0),
+        cx=pixels(319.0),
+        cy=pixels(237.0),
+        width=640 // decimation,
+        height=480 // decimation,
+    )
+
+
+def cell_camera(scene: Scene, decimation: int = 4) -> Camera:
+    """A camera of the cell: 1.3 m over the table, beside the path on its goal's side, looking at the path's middle.
+
+    From there the arm, which reaches out from the base, hides neither the people at the +y edge nor the path.
+    """
+    middle = path_middle(scene)
+    dtype = middle.dtype
+    away = jnp.where(scene.goal[0] >= scene.start[0], 1.0, -1.0).astype(dtype)
+    eye = jnp.stack([middle[0] + 1.0 * away, middle[1] - 0.35, jnp.asarray(1.3, dtype)])
+    return d435i(eye, middle, decimation)
+
+
+def pixel_directions(camera: Camera) -> tuple[Float[Array, "height width"], Float[Array, "height width"]]:
+    """x and y of every pixel's direction in the camera's axes, at z = 1."""
+    dtype = camera.position.dtype
+    x = (jnp.arange(camera.width).astype(dtype) - camera.cx) / camera.fx
+    y = (jnp.arange(camera.height).astype(dtype) - camera.cy) / camera.fy
+    shape = (camera.height, camera.width)
+    return jnp.broadcast_to(x, shape), jnp.broadcast_to(y[:, None], shape)
+
+
+def ray_obstacle(
+    kind: Int[Array, ""], center: Vector3, size: Vector3, yaw: Scalar, origin: Vector3, direction: Vector3
+) -> Float[Array, ""]:
+    """Where a ray enters one obstacle of a scene; infinity if it does not."""
+    sphere = ray_sphere(origin, direction, center, size[0])
+    column = ray_column(origin, direction, center, size[0], size[2])
+    box = ray_box(origin, direction, center, size, yaw)
+    return jnp.where(kind == SPHERE, sphere, jnp.where(kind == COLUMN, column, box))
+
+
+def render_scene(camera: Camera, scene: Scene) -> Float[Array, "height width"]:
+    """Depth along the optical axis of obstacles, table and floor [m]; infinity where nothing is hit."""
+    x, y = pixel_directions(camera)
+    table_center, table_half = table_solid(scene)
+    up = jnp.asarray([0.0, 0.0, 1.0], x.dtype)
+    floor = jnp.asarray(FLOOR_Z, x.dtype)
+
+    def pixel(x: Array, y: Array) -> Array:
+        direction = camera.rotation @ jnp.stack([x, y, jnp.ones_like(x)])  # z = 1: the ray's t is the depth
+        obstacles = jax.vmap(ray_obstacle, in_axes=(0, 0, 0, 0, None, None))(
+            scene.kind, scene.center, scene.size, scene.yaw, camera.position, direction
+        )
+        nearest = jnp.min(jnp.where(scene.mask, obstacles, jnp.inf), initial=jnp.inf)
+        table = ray_box(camera.position, direction, table_center, table_half)
+        return jnp.minimum(jnp.minimum(nearest, table), ray_plane(camera.position, direction, up, floor))
+
+    return jax.vmap(jax.vmap(pixel))(x, y)
+
+
+def render_capsules(
+    camera: Camera, capsules: Capsules, behind: Float[Array, "height width"]
+) -> Float[Array, "height width"]:
+    """The image `behind` with capsules drawn over it [m]."""
+    x, y = pixel_directions(camera)
+    a = (capsules.a - camera.position) @ camera.rotation  # in the camera's axes, so that rays start at 0
+    b = (capsules.b - camera.position) @ camera.rotation
+    zero = jnp.zeros((3,), x.dtype)
+
+    def draw(nearest: Array, capsule: tuple[Array, Array, Array]) -> tuple[Array, None]:
+        def pixel(x: Array, y: Array) -> Array:
+            return ray_capsule(zero, jnp.stack([x, y, jnp.ones_like(x)]), *capsule)
+
+        return jnp.minimum(nearest, jax.vmap(jax.vmap(pixel))(x, y)), None
+
+    image, _ = jax.lax.scan(draw, behind, (a, b, capsules.radius))
+    return image
+
+
+def render_depth(camera: Camera, scene: Scene, people: Capsules, robot: Capsules) -> Float[Array, "height width"]:
+    """Depth along the optical axis of everything in the cell [m]; infinity where nothing is hit.
+
+    Not finite if: a pixel's ray meets neither scene nor floor; that is its value, not a failure.
+    """
+    return render_capsules(camera, robot, render_capsules(camera, people, render_scene(camera, scene)))

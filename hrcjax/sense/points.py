@@ -1,0 +1,77 @@
+"""From a depth image to the points that matter: deproject, lose the robot, crop, keep what moved."""
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.geom.cloud import Cloud
+from hrcjax.geom.segment import FAR, point_segment_distance
+from hrcjax.numerics import safe_sqrt
+from hrcjax.sense.camera import Camera, pixel_directions
+from hrcjax.typing import Array, Float, Scalar, Vector3
+
+
+def valid_depth(depth: Float[Array, "*image"]) -> Array:
+    """True where a depth was measured: finite and greater than 0."""
+    return jnp.isfinite(depth) & (depth > 0)
+
+
+def deproject(camera: Camera, depth: Float[Array, "height width"]) -> Cloud:
+    """The points of a depth image, in the world; one a pixel, row by row. Points without depth lie at the camera.
+
+    Raises:
+        ValueError: an image that is not of the camera's size.
+    """
+    if depth.shape != (camera.height, camera.width):
+        raise ValueError(f"image of {depth.shape} for a camera of {(camera.height, camera.width)} (rows, columns)")
+    x, y = pixel_directions(camera)
+    mask = valid_depth(depth)
+    z = jnp.where(mask, depth, 0)
+    R, o = camera.rotation, camera.position
+    world = [o[i] + z * (R[i, 0] * x + R[i, 1] * y + R[i, 2]) for i in range(3)]
+    return Cloud(points=jnp.stack(world, axis=-1).reshape(-1, 3), mask=mask.reshape(-1))
+
+
+def remove_body(cloud: Cloud, body: Capsules, scale: Scalar = 1.1, pad: Scalar = 0.05) -> Cloud:
+    """The cloud without its points within scale x radius + pad [m] of the robot's capsules."""
+
+    def step(outside: Array, capsule: tuple[Array, Array, Array]) -> tuple[Array, None]:
+        a, b, radius = capsule
+        distance = jax.vmap(point_segment_distance, in_axes=(0, None, None))(cloud.points, a, b)
+        return outside & ((distance > scale * radius + pad) | (radius < 0)), None
+
+    mask, _ = jax.lax.scan(step, cloud.mask, (body.a, body.b, body.radius))
+    return Cloud(cloud.points, mask)
+
+
+def crop(cloud: Cloud, lower: Vector3, upper: Vector3) -> Cloud:
+    """The cloud within an upright box [m]."""
+    inside = jnp.all((cloud.points >= lower) & (cloud.points <= upper), axis=-1)
+    return Cloud(cloud.points, cloud.mask & inside)
+
+
+def nearest_distance(points: Float[Array, "point 3"], cloud: Cloud, block: int = 8) -> Float[Array, "point"]:
+    """Distance of each point to the nearest point of a cloud [m]; FAR if that is empty.
+
+    Runs over the cloud in blocks with the points as the vector axis: no array of all pairs is made.
+    """
+    x, y, z = points[:, 0], points[:, 1], points[:, 2]
+    count = cloud.mask.shape[0]
+    rest = -count % block
+    targets = jnp.pad(cloud.points, ((0, rest), (0, 0))).reshape(-1, block, 3)
+    real = jnp.pad(cloud.mask, (0, rest)).reshape(-1, block)
+
+    def step(least: Array, some: tuple[Array, Array]) -> tuple[Array, None]:
+        target, exists = some
+        for k in range(block):
+            dx, dy, dz = x - target[k, 0], y - target[k, 1], z - target[k, 2]
+            least = jnp.minimum(least, jnp.where(exists[k], dx * dx + dy * dy + dz * dz, FAR * FAR))
+        return least, None
+
+    least, _ = jax.lax.scan(step, jnp.full_like(x, FAR * FAR), (targets, real))
+    return safe_sqrt(least)
+
+
+def moved(cloud: Cloud, background: Cloud, threshold: Scalar) -> Cloud:
+    """The points farther than a threshold [m] from every point of the background."""
+    return Cloud(cloud.points, cloud.mask & (nearest_distance(cloud.points, background) > threshold))

@@ -1,0 +1,12 @@
+"""The sweep's program with the toy cell in place of the real one: `python toy_sweep.py OPTIONS`."""
+
+import sys
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
+import toy_cell
+
+sys.modules["experiments.cell"] = toy_cell
+from experiments.sweep import main
+
+sys.exit(main())

@@ -1,0 +1,176 @@
+"""The monitor: every stop has a name, zone and limit are those of the nearest point, the robot stops in time."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.safety import (
+    GREEN,
+    HEAD_NEAR,
+    INVALID_FRAME,
+    NOT_FINITE,
+    OLD_DATA,
+    RED,
+    STOP,
+    TOO_CLOSE,
+    WAITING,
+    YELLOW,
+    SafetyParams,
+    SsmParams,
+    ZoneParams,
+    ZoneState,
+    advance,
+    allowed_speed,
+    describe,
+    initial_clock,
+    initial_zone,
+    monitor,
+)
+
+PARAMS = SafetyParams()
+DT = 0.01
+
+
+@jax.jit
+def tick(d, v_r, age, head, valid, pfl, v_h, state):
+    return monitor(PARAMS, state, d, v_r, age, DT, head_distance=head, valid=valid, pfl_speed=pfl, v_h=v_h)
+
+
+def decide(d=(3.0, 3.0), v_r=(0.5, 0.1), age=0.0, head=3.0, valid=True, pfl=1.0, v_h=1.6, state=None):
+    state = initial_zone(jnp.float64) if state is None else state
+    return tick(jnp.asarray(d), jnp.asarray(v_r), age, head, valid, pfl, v_h, state)
+
+
+@pytest.mark.parametrize(
+    ("case", "reasons"),
+    [
+        ({}, 0),
+        ({"age": 0.0999}, 0),
+        ({"age": 0.1001}, OLD_DATA),
+        ({"age": -0.1001}, OLD_DATA),
+        ({"age": np.nan}, OLD_DATA),
+        ({"valid": False}, INVALID_FRAME),
+        ({"d": (np.nan, 3.0)}, NOT_FINITE),
+        ({"d": (3.0, np.inf)}, NOT_FINITE),
+        ({"v_r": (0.0, np.nan)}, NOT_FINITE),
+        ({"head": np.nan}, NOT_FINITE),
+        ({"pfl": np.nan}, NOT_FINITE),
+        ({"pfl": np.inf}, 0),
+        ({"v_h": np.nan}, NOT_FINITE),
+        ({"d": (3.0, 0.31)}, TOO_CLOSE),
+        ({"head": 0.49}, HEAD_NEAR),
+        ({"d": (0.1, 3.0), "head": 0.3, "age": 9.0, "valid": False}, TOO_CLOSE | HEAD_NEAR | OLD_DATA | INVALID_FRAME),
+    ],
+)
+def test_every_stop_has_its_reason(case: dict, reasons: int) -> None:
+    _, decision = decide(**case)
+    assert decision.reasons == reasons
+    assert (decision.zone == STOP) == (reasons != 0)
+    assert decision.hold == bool(reasons & (OLD_DATA | NOT_FINITE | INVALID_FRAME))
+    if reasons:
+        assert decision.speed_limit == 0 and decision.scale == 0
+    else:
+        assert decision.zone == GREEN and decision.speed_limit == 1.0 and decision.scale == 1
+
+
+def test_hold_stops_a_retreat_too_and_closeness_does_not() -> None:
+    retreat = (-0.5, -0.1)
+    assert decide(v_r=retreat, age=1.0)[1].scale == 0
+    _, near = decide(d=(0.2, 3.0), v_r=retreat)
+    assert near.zone == STOP and near.scale == 1 and not near.hold
+
+
+def test_no_silent_continuation() -> None:
+    """After a stop the robot waits, and says so, until the person has stayed away."""
+    state, _ = decide(d=(0.2, 3.0))
+    seen = []
+    for _ in range(12):
+        state, decision = decide(state=state)
+        seen.append((int(decision.zone), int(decision.reasons), float(decision.scale)))
+    assert seen[:9] == [(STOP, WAITING, 0.0)] * 9
+    assert seen[9:] == [(GREEN, 0, 1.0)] * 3
+
+
+def test_every_point_has_the_limit_of_its_distance() -> None:
+    _, decision = decide(d=(0.6, 0.9), v_r=(0.2, 0.9))
+    expected = [allowed_speed(PARAMS.ssm, 0.6), allowed_speed(PARAMS.ssm, 0.9)]
+    assert decision.zone == YELLOW
+    np.testing.assert_allclose(decision.point_limit, expected, rtol=1e-12)
+    np.testing.assert_allclose(decision.speed_limit, expected[0], rtol=1e-12)
+    np.testing.assert_allclose(decision.scale, expected[1] / 0.9, rtol=1e-12)
+
+
+def test_red_takes_the_body_region_into_account() -> None:
+    state = ZoneState(jnp.asarray(RED, jnp.int32), jnp.asarray(0.0))
+    assert decide(d=(0.55, 3.0), pfl=0.2, state=state)[1].speed_limit == 0.2
+    assert decide(d=(0.55, 3.0), pfl=9.0, state=state)[1].speed_limit == 0.25
+
+
+def test_speed_of_the_person() -> None:
+    """Measured where given; else 1.6 m/s, and 2.0 m/s for a point nearer than 0.5 m."""
+    np.testing.assert_allclose(decide(d=(0.6, 3.0), v_h=0.5)[1].speed_limit, allowed_speed(PARAMS.ssm, 0.6, 0.5))
+    d = jnp.array([0.495, 0.6])
+    _, assumed = monitor(PARAMS, initial_zone(jnp.float64), d, jnp.zeros(2), 0.0, DT)
+    expected = [allowed_speed(PARAMS.ssm, 0.495, 2.0), allowed_speed(PARAMS.ssm, 0.6, 1.6)]
+    np.testing.assert_allclose(assumed.point_limit, expected, rtol=1e-12)
+
+
+def test_paper_option_slows_and_stops_for_faults_only() -> None:
+    params = SafetyParams(zone=ZoneParams(red_only_slows=True))
+    state, d, v_r = initial_zone(jnp.float64), jnp.array([0.1]), jnp.array([1.0])
+    _, near = monitor(params, state, d, v_r, 0.0, DT, head_distance=0.1)
+    assert near.zone == RED and near.speed_limit == 0.25 and near.scale == 0.25 and near.reasons == 0
+    _, old = monitor(params, state, d, v_r, 1.0, DT)
+    assert old.zone == STOP and old.reasons == OLD_DATA and old.scale == 0
+
+
+def test_words() -> None:
+    assert describe(0) == "none"
+    assert describe(OLD_DATA) == "person data too old"
+    assert describe(TOO_CLOSE | HEAD_NEAR) == "person too close; head near"
+    words = [describe(bit) for bit in (OLD_DATA, NOT_FINITE, TOO_CLOSE, HEAD_NEAR, INVALID_FRAME, WAITING)]
+    assert len(set(words)) == 6 and "none" not in words
+
+
+def test_the_robot_has_stopped_before_the_person_arrives(dtype: jnp.dtype) -> None:
+    """One line: a person walks at 1.6 m/s at a robot that drives at it, seen with the latency T_r.
+
+    When the robot comes to rest, C + Z_d + Z_r are still between them, but for what a T_r^2 / 2 and two ticks take:
+    over the latency the robot was faster than its last command. With a reaction time of 0 in the rule, they are not.
+    """
+    dt, lag = 0.005, 20
+
+    def closest(reaction_time):
+        params = SafetyParams(ssm=SsmParams(reaction_time=reaction_time, v_h_near=1.6), max_age=0.2)
+
+        def step(carry, k):
+            clock, zone, seen = carry
+            true = jnp.asarray(4.0, dtype) - 1.6 * dt * k.astype(dtype) - clock.s
+            zone, decision = monitor(params, zone, seen[:1], jnp.ones(1, dtype), 0.1, jnp.asarray(dt, dtype))
+            clock = advance(params.clock, clock, decision.speed_limit, jnp.asarray(9.0, dtype), jnp.asarray(dt, dtype))
+            seen = jnp.concatenate([seen[1:], true[None]])
+            return (clock, zone, seen), jnp.where(clock.v > 1e-3, true, jnp.inf)
+
+        start = (initial_clock(dtype), initial_zone(dtype), jnp.full(lag - 1, 4.0, dtype))
+        return jnp.min(jax.lax.scan(step, start, jnp.arange(500))[1])
+
+    assert float(jax.jit(lambda: closest(0.1))()) > 0.16 - 3.0 * 0.1**2 / 2 - 2 * 1.6 * dt
+    assert float(jax.jit(lambda: closest(0.0))()) < 0.1
+
+
+def test_glitches_stop_without_chatter() -> None:
+    """Distances that jump and vanish for single frames: a stop for each, no resumption between two close ones."""
+    d = np.full(200, 3.0)
+    d[50:80:5] = np.nan
+    d[120] = -7.0
+
+    def step(state, one):
+        state, decision = monitor(PARAMS, state, one[None], jnp.ones(1), 0.0, DT)
+        return state, (decision.zone, decision.reasons)
+
+    zone, reasons = jax.jit(lambda d: jax.lax.scan(step, initial_zone(jnp.float64), d))(jnp.asarray(d))[1]
+    zone = np.asarray(zone)
+    assert np.all(zone[50:84] == STOP) and np.all(zone[85:120] == GREEN) and zone[120] == STOP
+    assert np.count_nonzero(np.diff(zone)) == 4
+    assert np.all((np.asarray(reasons) != 0) == (zone == STOP))
