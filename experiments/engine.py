@@ -44,8 +44,7 @@ def chunk_size(settings: int, memory: float, bytes_per_setting: int) -> int:
     """
     most = int(memory * MEGABYTE // max(1, bytes_per_setting))
     if most < 1:
-        need = math.ceil(bytes_per_setting / MEGABYTE)
-        raise UsageError(f"--memory {memory:g}: one setting needs about {need} MB")
+        raise UsageError(f"--memory {memory:g}: one setting needs about {bytes_per_setting / MEGABYTE:.3g} MB")
     return math.ceil(settings / math.ceil(settings / most))
 
 

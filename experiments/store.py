@@ -36,7 +36,7 @@ def open_run(folder: str | Path) -> xr.Dataset:
     if not (folder / RESULTS).is_file():
         raise UsageError(f"the run in {folder} is not finished; the command that started it resumes it")
     try:
-        return xr.open_dataset(folder / RESULTS, engine=ENGINE)
+        return xr.open_dataset(folder / RESULTS, engine=ENGINE, decode_timedelta=False)
     except (OSError, ValueError, KeyError) as error:
         detail = one_line(error)
         raise UsageError(f"{folder / RESULTS} is damaged ({detail}); remove it and run the same command again") from error

@@ -57,6 +57,16 @@ def _named_config(argv: Sequence[str]) -> SweepConfig:
     return CONFIGS[name]
 
 
+def _plain(box: str) -> str:
+    """The message inside the box that the parser prints, without its title and its excerpts of the help text."""
+    lines = [line.strip("│─ ") for line in box.splitlines() if not line.startswith(("╭", "╰"))]
+    words = " ".join(" ".join(lines).split())
+    message = words.split(" For full helptext")[0].split(" Argument helptext:")[0]
+    message, _, meant = message.partition(" Perhaps you meant:")
+    close = [word for word in meant.split() if word.startswith("--")]
+    return (message + (f"; close: {close[0]}" if close else "")).rstrip(". ") or "wrong options"
+
+
 def parse(argv: Sequence[str]) -> SweepConfig:
     """The settings from the command line.
 
@@ -78,9 +88,7 @@ def parse(argv: Sequence[str]) -> SweepConfig:
     except SystemExit as stop:
         if not stop.code:
             raise
-        words = " ".join(printed.getvalue().translate({ord(c): " " for c in "╭╮╰╯│─"}).split())
-        message = words.partition("For full helptext")[0].strip()
-        raise UsageError(f"{message or 'wrong options'}; --help shows all") from None
+        raise UsageError(f"{_plain(printed.getvalue())}; --help shows all") from None
 
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:

@@ -1,6 +1,7 @@
 """Symmetric positive definite systems with one 3 x 3 block per waypoint, coupled to the next two waypoints.
 
-Every entry is a scalar of the program, so that `vmap` turns it into one vector over the batch; the waypoints are a scan.
+Every entry is a scalar of the program, so that `vmap` turns it into one vector over the batch; the waypoints are a
+scan.
 """
 
 import jax
@@ -54,11 +55,11 @@ def _eliminate(
     zero3, zero33 = _vec(jnp.zeros_like(b[0])), _mat(jnp.zeros_like(diagonal[0]))
     before = jnp.concatenate([jnp.zeros_like(off[:1]), off])
 
-    def forward(carry: tuple[Mat, Mat, Mat, Vec, Vec], row: tuple[Array, Array, Array]):  # noqa: ANN202
+    def forward(carry: tuple[Mat, Mat, Mat, Vec, Vec], row: tuple[Array, Array, Array]):
         P1, P2, G1, y1, y2 = carry  # of the waypoints one and two back
         D, E, r = _mat(row[0]), _mat(row[1]), _vec(row[2])
         G = [[E[i][j] - far * _dot(P2[i], G1[j]) for j in range(3)] for i in range(3)]
-        GP = [[sum(G[i][k] * P1[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+        GP = [[_dot(G[i], P1[j]) for j in range(3)] for i in range(3)]  # P1 is symmetric
         S = [[D[i][j] - _dot(GP[i], G[j]) - far * far * P2[i][j] for j in range(3)] for i in range(3)]
         P = _inverse(S)
         y = [r[i] - _dot(GP[i], y1) - far * _dot(P2[i], y2) for i in range(3)]
@@ -68,10 +69,10 @@ def _eliminate(
     _, (P, G, y) = jax.lax.scan(forward, (zero33, zero33, zero33, zero3, zero3), (diagonal, before, b))
     after = jnp.concatenate([G[1:], jnp.zeros_like(G[:1])])
 
-    def backward(carry: tuple[Vec, Vec], row: tuple[Array, Array, Array]):  # noqa: ANN202
+    def backward(carry: tuple[Vec, Vec], row: tuple[Array, Array, Array]):
         x1, x2 = carry  # of the waypoints one and two ahead
         P, G, y = _mat(row[0]), _mat(row[1]), _vec(row[2])
-        rest = [y[i] - sum(G[k][i] * x1[k] for k in range(3)) - far * x2[i] for i in range(3)]
+        rest = [y[i] - _dot([G[k][i] for k in range(3)], x1) - far * x2[i] for i in range(3)]
         x = [_dot(P[i], rest) for i in range(3)]
         return (x, x1), jnp.stack(x)
 

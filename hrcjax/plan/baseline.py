@@ -34,11 +34,26 @@ def gradient_descent_path(
     radius: Float[Array, "obstacle"],
     steps: int,
 ) -> PotentialPath:
-    """Points of the descent with quadratic attraction, and repulsion within d0 that does not fade at the goal.
+    """Points of the descent with quadratic attraction, and a repulsion within d0 that does not fade at the goal.
 
     The paper's times for it, 7.5 s whatever K_att, do not follow from these numbers at its 30 steps a second.
 
     Args:
-        radius: not used, except for the number of obstacles.
+        radius: as the planner takes it; only its size counts here.
+
+    Raises:
+        ValueError: steps < 1.
     """
-    plain = PotentialParams(k_att=params.k_att, k_rep=params.k_rep, zeta=params.d0, d_star=jnp.inf)
+    plain = PotentialParams()
+    plain = eqx.tree_at(
+        lambda p: (p.k_att, p.k_rep, p.zeta, p.d_star, p.rho_min, p.step_max, p.arrival),
+        plain,
+        (params.k_att, params.k_rep, params.d0, 1e3, params.rho_min, params.step_max, params.arrival),
+    )
+
+    def step(
+        p: PotentialParams, q: Vector3, goal: Vector3, distances: DistancesFn, radius: Float[Array, "obstacle"]
+    ) -> Vector3:
+        return limited(force(p, q, goal, distances, jnp.ones_like(radius), scaled=False), p.step_max)
+
+    return potential_path(plain, start, goal, distances, radius, steps, step)

@@ -10,11 +10,11 @@ from hrcjax.typing import Array, Float, Int
 def bending_energy(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, ""]:
     """Integral of the squared curvature over the length of the path, eq. 5b of Robotica 2025 [1/m].
 
-    The curvature at a waypoint is |T' - T| over the mean length of its two segments, T and T' their directions: exact for points
-    evenly spaced on a circle. It holds for half a segment on both sides, to the very end at the first and the last corner.
-    So an arc of radius R and angle a tends to a / R with the square of the spacing. Waypoints that coincide with the one
-    before them, to rounding, are left out. A path with waypoints nearly coincident by noise has the large bending energy it
-    shows: resample it first.
+    The curvature at a waypoint is |T' - T| over the mean length of its two segments, T and T' their directions: exact
+    for points evenly spaced on a circle. It holds for half a segment on both sides, to the very end at the first and
+    the last corner. So an arc of radius R and angle a tends to a / R with the square of the spacing. Waypoints that
+    coincide with the one before them, to rounding, are left out. A path with waypoints nearly coincident by noise has
+    the large bending energy it shows: resample it first.
 
     Raises:
         ValueError: fewer than 3 waypoints.

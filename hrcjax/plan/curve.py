@@ -14,8 +14,8 @@ _GAUSS = ((0.5 - 0.15**0.5, 5 / 18), (0.5, 8 / 18), (0.5 + 0.15**0.5, 5 / 18))
 class PathCurve(eqx.Module):
     """Natural cubic spline: its second derivative is continuous, and zero at both ends.
 
-    Its argument s is the length travelled, in [0, length]; outside it is taken at the nearer end. The speed |dp/ds| is 1 to
-    within 1 % if the waypoints are equally spaced and turn by less than about 25 degrees each.
+    Its argument s is the length travelled, in [0, length]; outside it is taken at the nearer end. The speed |dp/ds|
+    is 1 to within 1 % if the waypoints are equally spaced and turn by less than about 25 degrees each.
     """
 
     coefficients: Float[Array, "segment 4 3"]

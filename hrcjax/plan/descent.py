@@ -1,7 +1,6 @@
 """Descent of the potential field in unit steps, and the time to goal of the paper's tables."""
 
 from collections.abc import Callable
-from functools import partial
 
 import equinox as eqx
 import jax
@@ -110,4 +109,6 @@ def time_to_goal(
     fall = jnp.where(path.reached, before - after, 1)
     part = jnp.where(path.reached, before - jnp.log(jnp.asarray(params.arrival, start.dtype)), 0) / fall
     time = (path.arrival.astype(start.dtype) - 1 + part) * STEP_TIME
-    return jnp.where(path.reached, jnp.where(logs[0] <= jnp.log(jnp.asarray(params.arrival, start.dtype)), 0, time), jnp.inf)
+    return jnp.where(
+        path.reached, jnp.where(logs[0] <= jnp.log(jnp.asarray(params.arrival, start.dtype)), 0, time), jnp.inf
+    )

@@ -6,18 +6,24 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_norm, safe_sqrt
+from hrcjax.numerics import safe_sqrt
 from hrcjax.plan.band import band_solve
 from hrcjax.plan.bending_energy import bending_energy
 from hrcjax.plan.curve import path_curve
 from hrcjax.plan.length import length
-from hrcjax.plan.params import PathParams, PlanParams
+from hrcjax.plan.params import PlanParams
 from hrcjax.plan.potential import DistancesFn
 from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
 
-
-_WAVE = (8 * math.pi) ** 2
+_WAVE = (4 * math.pi) ** 2
 """Square of the wave number, times the length of the path, at which constraint and path are compared."""
+
+
+_SMOOTHING = 16.0
+"""Weight of the squared second differences in smoothing the guess: waves shorter than 13 segments are damped."""
+_LONG = (1.25, 1.5)
+"""Lengths, over that of the guess, between which bending stops to lengthen the path. A bent path of twice the size
+has half the bending energy, so that without this a path caught between obstacles grows without end."""
 
 
 class PathResult(eqx.Module):
@@ -42,30 +48,48 @@ class PathResult(eqx.Module):
 
     @property
     def status(self) -> Int[Array, ""]:
-        """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is success."""
+        """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is
+        success."""
         bits = [self.reached, self.clear, self.inside]
         return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
 
 
 def required_distance(params: PlanParams, radius: Float[Array, "obstacle"]) -> Float[Array, "obstacle"]:
-    """Smallest surface distance allowed to each obstacle: (zeta - 1) radius, so that its centre is zeta radius away [m]."""
+    """Smallest surface distance allowed to each obstacle: (zeta - 1) radius, so that its centre is zeta radius away
+    [m]."""
     return (params.potential.zeta - 1) * radius
 
 
 def _curve_energy(waypoints: Float[Array, "waypoint 3"]) -> tuple[Array, Array, Array, Array]:
-    """Length, bending energy and their gradients at the waypoints between the ends, if these are equally spaced.
+    """Length, bending energy, and at the waypoints between the ends their gradients (the second at constant length).
 
-    The length is sqrt(N sum |step|^2), above the true length unless the steps are equal: so the minimum has equal steps.
+    For equal steps. The length is sqrt(N sum |step|^2), above the true one unless the steps are equal: so the minimum
+    has equal steps. The bending energy is N^3 sum |bend|^2 / length^3.
     """
     count = waypoints.shape[0] - 1
     steps = jnp.diff(waypoints, axis=0)
     bends = jnp.diff(steps, axis=0)
     total = safe_sqrt(count * jnp.sum(steps * steps))
-    energy = count**3 * jnp.sum(bends * bends) / total**3
-    length_gradient = -count * bends / total
-    padded = jnp.pad(bends, ((1, 1), (0, 0)))
-    energy_gradient = 2 * count**3 / total**3 * jnp.diff(padded, n=2, axis=0) - 3 * energy / total * length_gradient
-    return total, energy, length_gradient, energy_gradient
+    scale = count**3 / total**3
+    fourth = jnp.diff(jnp.pad(bends, ((1, 1), (0, 0))), n=2, axis=0)
+    return total, scale * jnp.sum(bends * bends), -count / total * bends, 2 * scale * fourth
+
+
+def _smooth(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "waypoint 3"]:
+    """The path x with the least |x - waypoints|^2 + _SMOOTHING |second differences of x|^2 and the same ends."""
+    fourth = jnp.diff(jnp.pad(jnp.diff(waypoints, n=2, axis=0), ((1, 1), (0, 0))), n=2, axis=0)
+    inner = jnp.zeros((waypoints.shape[0] - 2, 3, 3), waypoints.dtype)
+    move = band_solve(*_bands(inner, inner[1:], 1.0, 0.0, _SMOOTHING), _SMOOTHING, -_SMOOTHING * fourth)
+    return waypoints + jnp.pad(move, ((1, 1), (0, 0)))
+
+
+def _bands(
+    diagonal: Float[Array, "waypoint 3 3"], off: Float[Array, "pair 3 3"], c: Scalar, a: Scalar, b: Scalar
+) -> tuple[Float[Array, "waypoint 3 3"], Float[Array, "pair 3 3"]]:
+    """The blocks with those of c |x|^2 / 2 + a |differences|^2 / 2 + b |second differences|^2 / 2 added."""
+    eye = jnp.eye(3, dtype=diagonal.dtype)
+    edge = jnp.zeros(diagonal.shape[0], diagonal.dtype).at[0].add(1).at[-1].add(1)[:, None, None]
+    return diagonal + (c + 2 * a + (6 - edge) * b) * eye, off - (a + 4 * b) * eye
 
 
 def _samples(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "sample 3"]:
@@ -80,6 +104,14 @@ def _spread(samples: Float[Array, "sample *rest"]) -> tuple[Float[Array, "waypoi
     return at + middle[:-1] + middle[1:], middle[1:-1]
 
 
+def _no_longer(move: Float[Array, "waypoint 3"], longest: Scalar) -> Float[Array, "waypoint 3"]:
+    """The move, scaled down so that no waypoint moves farther than the longest allowed."""
+    squared = jnp.max(jnp.sum(move * move, axis=-1))
+    longest = jnp.asarray(longest, move.dtype)
+    far = squared > longest * longest
+    return move * jnp.where(far, longest / jnp.sqrt(jnp.where(far, squared, 1)), 1)
+
+
 def optimise_path(
     params: PlanParams,
     waypoints: Float[Array, "waypoint 3"],
@@ -90,12 +122,14 @@ def optimise_path(
     iterations: int,
     reached: Bool[Array, ""] | None = None,
 ) -> PathResult:
-    """The path near the given one that minimises omega1 length + omega2 bending energy (eq. 5a) and keeps its distances.
+    """The path near the given one that minimises omega1 length + omega2 bending energy (eq. 5a) and keeps its
+    distances.
 
-    Newton's method on the augmented Lagrangian: the path as a band matrix, the obstacles as half-spaces through their nearest
-    points, which is on the safe side for convex ones. The constraints hold at the waypoints and between them. Which side of
-    an obstacle the path takes is that of the given path. If the distances cannot be kept the path tends to the least
-    violation, and says so. Differentiable by unrolling.
+    Newton's method on the objective with a smooth penalty that stiffens towards the constraints: one band matrix a
+    step. An obstacle is a half-space through its nearest point, which is on the safe side of a convex one. The
+    distances are asked for at the waypoints and midway between them. Which side of an obstacle the path takes is that
+    of the given path, smoothed. If the distances cannot be kept the path tends to the least violation, and says so.
+    Differentiable by unrolling.
 
     Args:
         waypoints: equally spaced first guess; its ends stay [m].
@@ -113,7 +147,7 @@ def optimise_path(
     """
     if waypoints.shape[0] < 4 or iterations < 0:
         raise ValueError(
-            f"{waypoints.shape[0]} waypoints, {iterations} iterations; accepted are 4 waypoints or more and 0 iterations or more"
+            f"{waypoints.shape[0]} waypoints, {iterations} iterations; accepted are at least 4 waypoints, 0 iterations"
         )
     path = params.path
     dtype = waypoints.dtype
@@ -128,9 +162,11 @@ def optimise_path(
         return jax.vmap(lambda e: jax.jvp(gaps, (x,), (e,)), out_axes=(None, 1))(jnp.eye(3, dtype=dtype))
 
     at_start, at_goal = gaps(waypoints[0]), gaps(waypoints[-1])
+    guess = _smooth(waypoints)
+    guess_length = length(guess)
 
     def iterate(x: Float[Array, "waypoint 3"], softness: Float[Array, ""]) -> tuple[Float[Array, "waypoint 3"], None]:
-        total, _, length_gradient, energy_gradient = _curve_energy(x)
+        total, energy, length_gradient, energy_gradient = _curve_energy(x)
         a = path.omega1 * count / total
         b = 2 * path.omega2 * count**3 / total**3
         unit = (path.omega1 * _WAVE / total + 2 * path.omega2 * _WAVE * _WAVE / total**3) / count
@@ -140,29 +176,24 @@ def optimise_path(
         opening = path.opening * total * place[:, None]
         allowed = jnp.minimum(at_start + opening, at_goal + path.opening * total - opening)
         spare = jnp.minimum(gap - jnp.minimum(required, allowed), 10.0)
+        # push > 0 solves push = stiffness (excess - spare), push excess = unit softness^2
         root = jnp.sqrt((stiffness * spare) ** 2 + 4 * stiffness * unit * softness * softness)
         larger = (root + jnp.abs(stiffness * spare)) / 2
         push = jnp.where(spare > 0, stiffness * unit * softness * softness / larger, larger)
-        held = stiffness * push / root
+        held = stiffness * push / root  # minus the derivative of push by spare
 
         block = jnp.sum(held[..., None, None] * normal[..., :, None] * normal[..., None, :], axis=1)
-        diagonal, off = _spread(block)
-        eye = jnp.eye(3, dtype=dtype)
-        ends = jnp.zeros(count - 1, dtype).at[0].add(1).at[-1].add(1)[:, None, None]
-        diagonal = diagonal + (2 * a + (6 - ends) * b) * eye
-        off = off - (a + 4 * b) * eye
-        force = jnp.sum(push[..., None] * normal, axis=1)
-        inner = count - 1
-        force = force[:inner] + (force[inner:-1] + force[inner + 1 :]) / 2
-        force = force - path.omega1 * length_gradient - path.omega2 * energy_gradient
-        move = band_solve(diagonal, off, b, force)
-        longest = safe_sqrt(jnp.max(jnp.sum(move * move, axis=-1)))
-        move = move * jnp.where(longest > path.move_max, path.move_max / jnp.where(longest > 0, longest, 1), 1)
-        return x + jnp.pad(move, ((1, 1), (0, 0))), None
+        pushes = jnp.sum(push[..., None] * normal, axis=1)
+        force = pushes[: count - 1] + (pushes[count - 1 : -1] + pushes[count:]) / 2
+        lengthening = jnp.clip((_LONG[1] - total / guess_length) / (_LONG[1] - _LONG[0]), 0, 1)
+        force = force - (path.omega1 - 3 * path.omega2 * energy / total * lengthening) * length_gradient
+        force = force - path.omega2 * energy_gradient
+        move = band_solve(*_bands(*_spread(block), 0.0, a, b), b, force)
+        return x + jnp.pad(_no_longer(move, path.move_max), ((1, 1), (0, 0))), None
 
     first, last = jnp.asarray(path.softness_first, dtype), jnp.asarray(path.softness_last, dtype)
     ramp = jnp.minimum(jnp.linspace(0, 1.25, iterations, dtype=dtype), 1)
-    result, _ = jax.lax.scan(jax.checkpoint(iterate), waypoints, first * (last / first) ** ramp)
+    result, _ = jax.lax.scan(jax.checkpoint(iterate), guess, first * (last / first) ** ramp)
     return judge(params, result, distances, radius, lower, upper, reached)
 
 

@@ -11,11 +11,12 @@ class PotentialParams(eqx.Module):
     k_att: float = 0.03
     """Attraction K_att: part of the way to the goal covered in one step; above 1 the path overshoots [1/step]."""
     k_rep: float = 1e-5
-    """Repulsion K_rep [m^(4-n)/step]. The force is K_rep (1/rho) (1/rho^2) d^n, a length per step, so K_rep is a length to
-    the power 4 - n, and a value in centimetres is multiplied by 0.01^(4-n): the paper's 0.1 cm^2 with n = 2 is 1e-5 m^2."""
+    """Repulsion K_rep [m^(4-n)/step]. The force is K_rep (1/rho) (1/rho^2) d^n, a length per step, so K_rep is a
+    length to the power 4 - n, and a value in centimetres is multiplied by 0.01^(4-n): the paper's 0.1 cm^2 with n = 2
+    is 1e-5 m^2."""
     zeta: float = 4.0
-    """Safety factor: obstacle i repels within zeta radius_i of its surface; the optimised path keeps zeta radius_i from its
-    centre, that is (zeta - 1) radius_i from its surface [radii]."""
+    """Safety factor: obstacle i repels within zeta radius_i of its surface; the optimised path keeps zeta radius_i
+    from its centre, that is (zeta - 1) radius_i from its surface [radii]."""
     d_star: float = 1.0
     """Distance to the goal where the attraction turns from quadratic to linear [m]."""
     exponent: float = 2.0
@@ -38,11 +39,11 @@ class PathParams(eqx.Module):
     opening: float = 0.5
     """Where start or goal are nearer to an obstacle than required: growth of the distance asked for per length of path
     travelled from there, below 1 to be attainable [1]."""
-    penalty: float = 100.0
+    penalty: float = 1000.0
     """Stiffness of a violated constraint over the stiffness of the path [1]."""
-    softness_first: float = 0.02
+    softness_first: float = 0.005
     """Reach of the push of a constraint that is kept, at the first iteration [m]."""
-    softness_last: float = 0.0001
+    softness_last: float = 0.0003
     """Reach of that push at the end [m]."""
     move_max: float = 0.05
     """Longest move of a waypoint in one iteration [m]."""
@@ -67,7 +68,7 @@ class PlanSizes:
     """Steps of the descent; the paper takes 30 in a second."""
     waypoints: int = 64
     """Waypoints of the path, start and goal among them."""
-    iterations: int = 30
+    iterations: int = 24
     """Iterations of the path optimiser."""
 
     def __post_init__(self) -> None:

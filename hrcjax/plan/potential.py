@@ -1,8 +1,8 @@
 """The improved artificial potential field: one scalar, whose gradient is the force.
 
-Source: Robotica 2025, section 2.3. Misprints corrected here: the far branch of eq. 2e is continuous only at d* = 1 as printed; the
-factor of eq. 3a is printed with the start, a constant, where the current configuration belongs (Ge and Cui 2000); eqs. 2c, 3c
-and 3f, the forces, need no correction because they are taken as the gradient.
+Source: Robotica 2025, section 2.3. Misprints corrected here: the far branch of eq. 2e is continuous only at d* = 1 as
+printed; the factor of eq. 3a is printed with the start, a constant, where the current configuration belongs (Ge and
+Cui 2000); eqs. 2c, 3c and 3f, the forces, need no correction because they are taken as the gradient.
 """
 
 from collections.abc import Callable

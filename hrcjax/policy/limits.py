@@ -33,7 +33,8 @@ def limit_acceleration(
 
     From a state within the limits no rule gives way, if qdd_max dt <= qd_max and each range is wider than some
     qdd_max dt^2; with a longer dt the range is kept and the speed may not be. The bounds hold whether the caller integrates exactly, q += qd dt + qdd dt^2 / 2, also between the samples, or
-    qd first (semi-implicit Euler); explicit Euler overshoots. Differentiable almost everywhere.
+    qd first (semi-implicit Euler); explicit Euler overshoots. Differentiable almost everywhere. In float32
+    rounding lets a joint pass an end by some 1e-5 rad.
 
     Args:
         qdd: acceleration asked for [rad/s^2].
@@ -68,7 +69,7 @@ def _fastest(room: Joints, v: Joints, top: Joints, dt: Array) -> Joints:
     semi_implicit = jnp.minimum(_stoppable(room, top, dt), settling)
     left = room - v * dt / 2.0
     inside = jnp.where(room > 0, room, 1.0)
-    turn = jnp.where(room > 0, v - v * v / (2.0 * inside) * dt, 0.0)  # it turns within the step, at the end
+    turn = jnp.where(room > 0, v - v * v / (2.0 * inside) * dt, -v)  # it turns within the step, at the end
     exact = jnp.where(left > 0, _stoppable(left, top, dt / 2.0), turn)
     return jnp.minimum(semi_implicit, exact)
 

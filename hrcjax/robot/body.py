@@ -19,7 +19,10 @@ COVER_MARGIN = 0.0125
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """An arm. Constant and hashable by identity: close over it, do not batch it. Link i moves with joint i; -1 is the base."""
+    """An arm. Constant and hashable by identity: close over it, do not batch it.
+
+    Link i moves with joint i; link -1 is the base.
+    """
 
     variant: str
     model: mujoco.MjModel
@@ -59,7 +62,7 @@ def _spheres(row: CapsuleRow) -> tuple[np.ndarray, float]:
     """Centres and radius of the spheres that stand for a capsule.
 
     Spread evenly from end to end. Their radius is half-way between the capsule's and the one that would cover all of
-    it, so that they stand out between... as much at the axis' ends as they fall short between two centres.
+    it: they stand out by as much as they fall short between two centres.
     """
     a, b = np.asarray(row.a), np.asarray(row.b)
     if row.spheres == 1:

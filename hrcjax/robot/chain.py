@@ -14,8 +14,8 @@ class Chain:
     """A serial chain of n hinges. Constant and hashable by identity: close over it, do not batch it.
 
     Joint frame i has its origin on the axis of joint i and its z axis along it; it moves with the link that joint i
-    drives. From joint frame i-1 to joint frame i: move by `pos[i]`, turn by `rotation[i]`, turn by q[i] about z. Frame -1 is
-    the world.
+    drives. From joint frame i-1 to joint frame i: move by `pos[i]`, turn by `rotation[i]`, turn by q[i] about z.
+    Frame -1 is the world.
     """
 
     pos: np.ndarray

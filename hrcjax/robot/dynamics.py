@@ -20,6 +20,7 @@ from hrcjax.robot.unrolled import (
     Vector,
     add,
     apply,
+    as_array,
     constant_matrix,
     constant_vector,
     cos_sin,
@@ -134,15 +135,6 @@ def _check(chain: Chain, **joints: Joints) -> None:
             )
 
 
-def _stack(values: Sequence[Number], dtype: jnp.dtype) -> Array:
-    return jnp.stack([jnp.asarray(v, dtype) for v in values])
-
-
-def _mass_rows(chain: Chain, q: Joints) -> list[list[Array]]:
-    rows = _composite(_Links(chain, q), chain.armature.tolist())
-    return [[jnp.asarray(entry, q.dtype) for entry in row] for row in rows]
-
-
 def mass_matrix(chain: Chain, q: Joints) -> Float[Array, "joint joint"]:
     """Inertia of the chain as seen at its joints, rotors included [kg m^2].
 
@@ -150,9 +142,9 @@ def mass_matrix(chain: Chain, q: Joints) -> Float[Array, "joint joint"]:
         ValueError: q has not one entry per joint.
     """
     _check(chain, q=q)
-    rows = _mass_rows(chain, q)
+    rows = _composite(_Links(chain, q), chain.armature.tolist())
     n = chain.size
-    return jnp.stack([jnp.stack([rows[max(i, j)][min(i, j)] for j in range(n)]) for i in range(n)])
+    return as_array([rows[max(i, j)][min(i, j)] for i in range(n) for j in range(n)], (n, n), q.dtype)
 
 
 def bias_force(chain: Chain, q: Joints, qd: Joints) -> Joints:
@@ -165,7 +157,8 @@ def bias_force(chain: Chain, q: Joints, qd: Joints) -> Joints:
     """
     _check(chain, q=q, qd=qd)
     speeds = [qd[i] for i in range(chain.size)]
-    return _stack(_newton_euler(_Links(chain, q), constant_vector(chain.gravity), speeds, None), q.dtype)
+    tau = _newton_euler(_Links(chain, q), constant_vector(chain.gravity), speeds, None)
+    return as_array(tau, (chain.size,), q.dtype)
 
 
 def inverse_dynamics(chain: Chain, q: Joints, qd: Joints, qdd: Joints) -> Joints:
@@ -185,7 +178,7 @@ def inverse_dynamics(chain: Chain, q: Joints, qd: Joints, qdd: Joints) -> Joints
     tau = _newton_euler(_Links(chain, q), constant_vector(chain.gravity), speeds, accelerations)
     damping, armature = chain.damping.tolist(), chain.armature.tolist()
     tau = [plus(tau[i], times(damping[i], speeds[i]), times(armature[i], accelerations[i])) for i in range(n)]
-    return _stack(tau, q.dtype)
+    return as_array(tau, (n,), q.dtype)
 
 
 def forward_dynamics(chain: Chain, q: Joints, qd: Joints, tau: Joints) -> Joints:
@@ -210,7 +203,7 @@ def forward_dynamics(chain: Chain, q: Joints, qd: Joints, tau: Joints) -> Joints
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def _accelerations(chain: Chain, q: Array, qd: Array, tau: Array) -> Array:
-    return _solve(*_factors(chain, q), tau - bias_force(chain, q, qd) - _friction(chain, qd))
+    return _accelerate(chain, q, qd, tau)[0]
 
 
 @_accelerations.defjvp
@@ -219,30 +212,37 @@ def _accelerations_jvp(
 ) -> tuple[Array, Array]:
     q, qd, tau = primals
     d_q, d_qd, d_tau = tangents
-    factors = _factors(chain, q)
-    qdd = _solve(*factors, tau - bias_force(chain, q, qd) - _friction(chain, qd))
+    qdd, factors = _accelerate(chain, q, qd, tau)
     _, d_id = jax.jvp(lambda q, qd: inverse_dynamics(chain, q, qd, qdd), (q, qd), (d_q, d_qd))
-    return qdd, _solve(*factors, d_tau - d_id)
+    rest = d_tau - d_id
+    return qdd, jnp.stack(_solve(factors, [rest[i] for i in range(chain.size)]))
 
 
-def _friction(chain: Chain, qd: Array) -> Array:
-    return jnp.asarray(chain.damping, qd.dtype) * qd
+_Factors = tuple[list[list[Array]], list[Array]]
 
 
-def _factors(chain: Chain, q: Array) -> tuple[list[list[Array]], list[Array]]:
-    return ldl_factor(_mass_rows(chain, q))
+def _accelerate(chain: Chain, q: Array, qd: Array, tau: Array) -> tuple[Array, _Factors]:
+    """The accelerations, and the factors of the mass matrix. Scalars from end to end: an array between would cost."""
+    n = chain.size
+    links = _Links(chain, q)
+    speeds, damping = [qd[i] for i in range(n)], chain.damping.tolist()
+    rows = _composite(links, chain.armature.tolist())
+    factors = ldl_factor([[jnp.asarray(entry, q.dtype) for entry in row] for row in rows])
+    bias = _newton_euler(links, constant_vector(chain.gravity), speeds, None)
+    rest = [minus(minus(tau[i], bias[i]), times(damping[i], speeds[i])) for i in range(n)]
+    return jnp.stack(_solve(factors, rest)), factors
 
 
-def _solve(lower: list[list[Array]], diagonal: list[Array], b: Array) -> Array:
+def _solve(factors: _Factors, b: Sequence[Number]) -> list[Array]:
     """The x of L D L^T x = b. The division comes last, for the reason given at `cos_sin`."""
+    lower, diagonal = factors
     n = len(diagonal)
-    y = [b[i] for i in range(n)]
+    x = [jnp.asarray(entry, diagonal[0].dtype) for entry in b]
     for i in range(n):
         for k in range(i):
-            y[i] = y[i] - lower[i][k] * y[k]
-    x = y
+            x[i] = x[i] - lower[i][k] * x[k]
     for i in reversed(range(n)):
         for k in range(i + 1, n):
             x[i] = x[i] - diagonal[i] * lower[k][i] * x[k]
         x[i] = x[i] / diagonal[i]
-    return jnp.stack(x)
+    return x

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.geom.point_motion import PointMotion
@@ -109,9 +108,7 @@ def _arms(
     return arms, points
 
 
-def _jacobians(
-    frames: Sequence[_Frame], links: Sequence[int], points: Sequence[Vector], size: int
-) -> list[Number]:
+def _jacobians(frames: Sequence[_Frame], links: Sequence[int], points: Sequence[Vector], size: int) -> list[Number]:
     """Entries of J (point 3 joint), row by row."""
     moments = [cross(frame.o, frame.axis) for frame in frames]
     entries: list[Number] = []

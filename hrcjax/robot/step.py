@@ -36,10 +36,10 @@ def _check_backend(backend: str) -> None:
 def jit_for(backend: str, f: Callable[_P, _R], **options: Any) -> Callable[_P, _R]:
     """`jax.jit(f, **options)`, with the compiler option that `backend` needs on a CPU.
 
-    XLA's fusion emitters compute the deep expressions of `mjx.step` over and over, which makes it some 100 times slower;
-    for "mjx" they are switched off for f alone. Compiler options hold for the outermost jit: where a caller wraps the
-    result in a jit of his own, that jit's options count for all, and he has to make it by this function. A result
-    inside another jit is not wrong, only slow.
+    XLA's fusion emitters compute the deep expressions of `mjx.step` over and over, which makes it some 100 times
+    slower; for "mjx" they are switched off for f alone. Compiler options hold for the outermost jit: where a caller
+    wraps the result in a jit of his own, that jit's options count for all, and he has to make it by this function.
+    A result inside another jit is not wrong, only slow.
 
     Raises:
         ValueError: no such backend.

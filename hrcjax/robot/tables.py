@@ -1,8 +1,8 @@
 """The UR5 and the UR5e in figures: Denavit-Hartenberg parameters, masses, limits, shape. Each with its source.
 
-Frames are the standard Denavit-Hartenberg ones: frame i = frame i-1, turned by q_i about z, moved by d_i along z, moved by
-a_i along x, turned by alpha_i about x. Frame 0 is the base, its z axis up; frame 6 is the flange. Link 0 moves with joint 1
-and carries frame 1.
+Frames are the standard Denavit-Hartenberg ones: frame i = frame i-1, turned by q_i about z, moved by d_i along z, moved
+by a_i along x, turned by alpha_i about x. Frame 0 is the base, its z axis up; frame 6 is the flange. Link 0 moves with
+joint 1 and carries frame 1.
 """
 
 import math
@@ -88,11 +88,11 @@ def _shape(a2: float, a3: float, d1: float, d4: float, d5: float, upper: float, 
 
 
 # Lengths, masses, centres of mass: Universal Robots, "DH parameters for calculations of kinematics and dynamics".
-# Limits: UR5 user manual 3.13, UR5e user manual, "Max. joint torques"; elbow +-pi as in Universal Robots' ROS description
-# (the upper arm is in the way beyond). Accelerations are not published: 15 rad/s^2 for the joints of the arm and 25 for
-# those of the wrist are our choice. Radii and stand-offs of the tubes: the ROS description's "manually measured" radii
-# 0.054, 0.040, 0.045 m and its shoulder and elbow offsets, the radii rounded up by 5 to 10 mm for caps and cables; the
-# capsules are ours.
+# Limits: UR5 user manual 3.13, UR5e user manual, "Max. joint torques"; elbow +-pi as in Universal Robots' ROS
+# description (the upper arm is in the way beyond). Accelerations are not published: 15 rad/s^2 for the joints of the arm
+# and 25 for those of the wrist are our choice. Radii and stand-offs of the tubes: the ROS description's "manually
+# measured" radii 0.054, 0.040, 0.045 m and its shoulder and elbow offsets, the radii rounded up by 5 to 10 mm for caps
+# and cables; the capsules are ours.
 _ALPHA = np.array([math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0])
 _COM = np.array(
     [
@@ -117,8 +117,8 @@ UR5 = ArmTable(
     alpha=_ALPHA,
     mass=np.array([3.7, 8.393, 2.33, 1.219, 1.219, 0.1879]),
     com=_COM,
-    # Cylinders, from the ROS description of the UR5; no measured figures are public. Its cylinders of links 1, 4, 5 and 6
-    # stand along the joint's axis, which is the y axis of frames 1, 4 and 5 and the z axis of frame 6.
+    # Cylinders, from the ROS description of the UR5; no measured figures are public. Its cylinders of links 1, 4, 5
+    # and 6 stand along the joint's axis, which is the y axis of frames 1, 4 and 5 and the z axis of frame 6.
     inertia=np.stack(
         [
             _cylinder(0.014972358333333331, 0.01040625, 1),

@@ -130,7 +130,7 @@ def turn(cos: Number, sin: Number, v: Vector) -> Vector:
 
 
 def spin(omega: Vector, alpha: Vector) -> Matrix:
-    """The matrix A of a turning body for which A r = alpha x r + omega x (omega x r), the acceleration of a point at r."""
+    """The matrix A of a turning body for which A r = alpha x r + omega x (omega x r): acceleration of a point at r."""
     (x, y, z), (a, b, c) = omega, alpha
     xx, yy, zz = times(x, x), times(y, y), times(z, z)
     xy, xz, yz = times(x, y), times(x, z), times(y, z)

@@ -12,14 +12,16 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.sense.camera import Camera, render_capsules, render_scene
 from hrcjax.sense.noise import NoiseParams, measure
-from hrcjax.sense.points import crop, deproject, moved, remove_body, valid_depth
+from hrcjax.sense.points import crop, deproject, moved, remove_body, supported, valid_depth
 from hrcjax.sense.thin import thin
 from hrcjax.typing import Array, Bool, Float, PRNGKeyArray, Vector3
 from hrcjax.world.person import Person, person_at
 from hrcjax.world.scene import Scene
 
-STATIC_CAPACITY = 256
-MOVING_CAPACITY = 384
+STATIC_CAPACITY = 192
+"""Places of the static cloud; our scenes need up to 160 at the default voxel."""
+MOVING_CAPACITY = 512
+"""Places of a moving cloud; our motions need up to 511 at the default voxel."""
 
 
 class SenseParams(eqx.Module):
@@ -41,6 +43,10 @@ class SenseParams(eqx.Module):
     """Height of the crop box over the table [m]."""
     least_count: float = 2.0
     """Points under which a voxel is taken for a flying pixel [1]."""
+    support_gap: float = 0.05
+    """A pixel's neighbour within this depth of it supports it [m]."""
+    support: float = 2.0
+    """Supporting neighbours, of four, under which a pixel is taken for a flying one [1]."""
     least_valid: float = 0.5
     """Share of pixels that must have a depth for a frame to count [1]."""
     noise: NoiseParams = NoiseParams()
@@ -72,8 +78,9 @@ def crop_box(params: SenseParams, dtype: jnp.dtype) -> tuple[Vector3, Vector3]:
 
 
 def points_of(camera: Camera, depth: Float[Array, "height width"], robot: Capsules, params: SenseParams) -> Cloud:
-    """The points of a measured image that are neither robot nor table nor outside the cell."""
-    cloud = crop(deproject(camera, depth), *crop_box(params, depth.dtype))
+    """The points of a measured image that are neither flying nor robot nor table nor outside the cell."""
+    kept = jnp.where(supported(depth, params.support_gap, params.support), depth, 0)
+    cloud = crop(deproject(camera, kept), *crop_box(params, depth.dtype))
     return remove_body(cloud, robot, params.body_scale, params.body_pad)
 
 

@@ -8,12 +8,26 @@ from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR, point_segment_distance
 from hrcjax.numerics import safe_sqrt
 from hrcjax.sense.camera import Camera, pixel_directions
-from hrcjax.typing import Array, Float, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 
 
-def valid_depth(depth: Float[Array, "*image"]) -> Array:
+def valid_depth(depth: Float[Array, "*image"]) -> Bool[Array, "*image"]:
     """True where a depth was measured: finite and greater than 0."""
     return jnp.isfinite(depth) & (depth > 0)
+
+
+def supported(
+    depth: Float[Array, "height width"], gap: Scalar = 0.05, least: Scalar = 2.0
+) -> Bool[Array, "height width"]:
+    """True where at least `least` of a pixel's four neighbours have a depth within `gap` [m] of its own.
+
+    Drops flying pixels, which hang alone between foreground and background.
+    """
+    padded = jnp.pad(jnp.where(valid_depth(depth), depth, jnp.inf), 1, constant_values=jnp.inf)
+    own = padded[1:-1, 1:-1]
+    around = (padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:])
+    close = [(jnp.abs(jnp.where(jnp.isfinite(own), own, 0) - other) <= gap).astype(depth.dtype) for other in around]
+    return valid_depth(depth) & (close[0] + close[1] + close[2] + close[3] >= least)
 
 
 def deproject(camera: Camera, depth: Float[Array, "height width"]) -> Cloud:

@@ -60,7 +60,7 @@ def evaluate(params: ToyParams, world: ToyWorld) -> dict[str, jax.Array]:
         s = jnp.linspace(0, 1, TIMES, dtype=jnp.asarray(p.potential.k_att).dtype)
         line = world.start + s[:, None] * (world.goal - world.start)
         away = jnp.asarray([0.5, 0.8, 0.2], s.dtype)
-        push = 0.2 * p.potential.k_rep ** 0.3 * jnp.sin(jnp.pi * s) ** (p.potential.zeta / 2)
+        push = 0.2 * p.potential.k_rep ** 0.3 * jnp.clip(jnp.sin(jnp.pi * s), 1e-6) ** (p.potential.zeta / 2)
         tool = line + (push * (1 + world.noise))[:, None] * away
         step = jnp.diff(tool, axis=0)
         length = jnp.sum(jnp.linalg.norm(step, axis=1))

@@ -54,7 +54,7 @@ def test_limits_are_never_crossed(exact, kind, dt, dtype):
 
     start = (jnp.asarray([0.9, 0.0, 0.5], dtype), jnp.zeros(JOINTS, dtype))
     _, (q, qd, qdd, extreme) = jax.jit(lambda s: jax.lax.scan(step, s, jnp.arange(3000, dtype=dtype)))(start)
-    slack = 4e-6 if dtype == jnp.float32 else 1e-12
+    slack = 1e-5 if dtype == jnp.float32 else 1e-12
     for place in (q, extreme):
         assert jnp.all(place <= limits.q_max + slack) and jnp.all(place >= limits.q_min - slack)
     assert jnp.all(jnp.abs(qd) <= limits.qd_max + slack)
@@ -116,19 +116,21 @@ def test_outside_the_limits_it_brakes_and_does_not_go_on():
     assert jnp.all(jnp.abs(qdd) < 1e-4)
 
 
-@pytest.mark.parametrize("place", [0.0, 0.79, 0.9, 1.0 - 1e-7, 1.2])
+@jax.jit
+def limited(wish, q, qd):
+    return limit_acceleration(wish, q, qd, limits_of(), 0.01)[0]
+
+
+derivatives = [jax.jit(derivative(limited, argnums=(0, 1, 2))) for derivative in (jax.jacfwd, jax.jacrev)]
+
+
+@pytest.mark.parametrize("place", [0.0, 0.79, 0.9, 1.0 - 1e-7, 1.0, 1.2])
 @pytest.mark.parametrize("speed", [0.0, 1.9, -1.0])
 def test_derivatives_are_finite_and_right(place, speed):
-    limits, dt = limits_of(), 0.01
     q, qd = jnp.array([place, 0.5, 0.5]), jnp.array([speed, 0.3, 0.0])
     wish = jnp.array([9.0, -30.0, 1.0])
-
-    @jax.jit
-    def limited(wish, q, qd):
-        return limit_acceleration(*map(jnp.asarray, (wish, q, qd)), limits, dt)[0]
-
-    for derivative in (jax.jacfwd, jax.jacrev):
-        for part in derivative(limited, argnums=(0, 1, 2))(wish, q, qd):
+    for derivative in derivatives:
+        for part in derivative(wish, q, qd):
             assert jnp.isfinite(part).all()
     if place < 1.0 - 1e-6:
         check_grads(limited, (wish, q, qd), 1, eps=1e-8, atol=1e-4, rtol=1e-4)

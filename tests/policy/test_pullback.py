@@ -94,7 +94,7 @@ def test_definition(seed):
     got = pullback_once(*map(jnp.asarray, (J, Jd_qd, M, a)))
     np.testing.assert_allclose(got.M, J.T @ M @ J, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(got.f, J.T @ M @ (a - Jd_qd), rtol=1e-12, atol=1e-12)
-    np.testing.assert_array_equal(got.M, got.M.T)
+    np.testing.assert_allclose(got.M, got.M.T, rtol=1e-14, atol=1e-14)
     assert np.linalg.eigvalsh(got.M).min() > -1e-10 * np.abs(got.M).max()
 
 

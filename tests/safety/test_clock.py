@@ -95,6 +95,7 @@ def test_braking_for_a_limit_is_at_once_and_at_the_bound() -> None:
     np.testing.assert_allclose(v[250], 1.0 - 3.0 * DT, rtol=1e-9)
     np.testing.assert_allclose(s[-1] - s[249], 1 / 6, rtol=0.01)
     assert v[250 + 42] == 0 and v[250 + 40] > 0
+    np.testing.assert_allclose(np.diff(v), clock.a[1:] * DT, atol=1e-12)  # also in the tick that ends at rest
 
 
 def test_resumes_smoothly() -> None:
@@ -129,7 +130,8 @@ def test_a_path_that_ends_sooner_brakes_harder() -> None:
         seen.append((float(clock.s), float(clock.v), float(clock.a)))
     s, v, a = np.transpose(seen)
     assert s.max() <= before.s[250] + 0.2 + 1e-12 and v[-1] == 0
-    assert -3.0 - 1e-9 <= a.min() < -2.0
+    np.testing.assert_allclose(a[0], -1 / (2 * 0.2), rtol=1e-6)  # v^2 / 2 r
+    assert -3.0 - 1e-9 <= a.min()
 
 
 def test_the_path_is_not_left() -> None:
@@ -159,6 +161,22 @@ def test_stop_length_when_braking_too_hard() -> None:
     t = (0.9 - np.sqrt(0.81 - 0.4)) / 10
     np.testing.assert_allclose(stop_length(PARAMS, 0.02, -0.9), 0.02 * t - 0.45 * t**2 + 10 * t**3 / 6, rtol=1e-9)
     assert stop_length(PARAMS, 0.0, 0.0) == 0
+
+
+def test_stop_length_of_a_staircase() -> None:
+    """Ticks of constant acceleration .16, .08, ..., -.40, -.32, ..., 0 m/s^2, entered from .24 m/s^2."""
+    steps = np.concatenate([np.arange(2, -6, -1), np.arange(-4, 1)]) * 0.08
+    v = -steps.sum() * DT
+    after = v + np.cumsum(steps) * DT
+    before = np.concatenate([[v], after[:-1]])
+    np.testing.assert_allclose(stop_length(PARAMS, v, 0.24, DT), np.sum(before + after) * DT / 2, rtol=5e-3)
+
+
+def test_the_brake_is_let_go_to_the_planned_deceleration() -> None:
+    """A limit that falls and comes back: from -3 to -1 m/s^2 at once, from there by the jerk."""
+    k = np.arange(STEPS)
+    clock = run(np.where((k >= 250) & (k < 255), 0.2, 1.0), 50.0)
+    np.testing.assert_allclose(clock.a[254:257], [-3.0, -1.0 + 0.08, -1.0 + 0.16], rtol=1e-6)
 
 
 def test_derivatives() -> None:

@@ -1,0 +1,78 @@
+"""A world made ready for episodes: where the arm starts, and what the camera sees before and while it moves."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.robot import arm_capsules, inverse_kinematics, tool_frame
+from hrcjax.sense import Camera, SenseParams, sense_sequence
+from hrcjax.sim.cell import Cell, World
+from hrcjax.typing import Array, Float, Joints, PRNGKeyArray, Vector3
+from hrcjax.world import Person, Scene
+
+FRAME_RATE = 30.0
+"""Frames a second of the camera [Hz]."""
+FRAMES_BEFORE = 3
+"""Frames that the camera has delivered when the episode begins."""
+POSE_ERROR = (1e-3, 1e-2)
+"""Errors of position [m] and rotation [rad] up to which a pose counts as reached."""
+
+
+def posture_at(cell: Cell, x: Vector3) -> Joints:
+    """Joint positions that bring the tool to x, pointing down, the elbow up as at home [rad].
+
+    Raises:
+        ValueError: out of reach. Needs concrete values: call it outside jit.
+    """
+    arm = cell.arm
+    home = jnp.asarray(arm.home, x.dtype)
+    _, p_home = tool_frame(arm, home)
+    turn = jnp.arctan2(x[1], x[0]) - jnp.arctan2(p_home[1], p_home[0])
+    guess = home.at[0].add(jnp.arctan2(jnp.sin(turn), jnp.cos(turn)))
+    R, _ = tool_frame(arm, guess)
+    q, position_error, rotation_error = inverse_kinematics(arm, R, x, guess)
+    if not (position_error < POSE_ERROR[0] and rotation_error < POSE_ERROR[1]):
+        place = ", ".join(f"{v:.3f}" for v in np.asarray(x))
+        raise ValueError(f"the {arm.variant} can't reach ({place}) m with the tool down; nearest {position_error:.3f} m away")
+    return q
+
+
+def frame_stamps(cell: Cell, dtype: jnp.dtype) -> Float[Array, "frame"]:
+    """When the camera takes its images: from a little before the episode to its end [s]."""
+    count = FRAMES_BEFORE + int(np.ceil(cell.ticks * cell.dt * FRAME_RATE))
+    return jnp.asarray((np.arange(count) - FRAMES_BEFORE) / FRAME_RATE, dtype)
+
+
+def nominal_motion(q_start: Joints, q_goal: Joints, t: Float[Array, "frame"], duration: float) -> Float[Array, "frame joint"]:
+    """A robot that goes straight in joint space from start to goal with minimum jerk: what the camera sees of it [rad].
+
+    Sensing is shared by all settings of a world, so the robot in the picture is this one and not each setting's own.
+    """
+    u = jnp.clip(t / duration, 0.0, 1.0)[:, None]
+    return q_start + (10 * u**3 - 15 * u**4 + 6 * u**5) * (q_goal - q_start)
+
+
+def make_world(
+    cell: Cell,
+    scene: Scene,
+    person: Person,
+    camera: Camera,
+    key: PRNGKeyArray,
+    params: SenseParams | None = None,
+) -> World:
+    """Sense a scene with a person in it, once for all settings.
+
+    Raises:
+        ValueError: start or goal out of the arm's reach.
+    """
+    params = SenseParams() if params is None else params
+    q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
+    stamps = frame_stamps(cell, q_start.dtype)
+    q = nominal_motion(q_start, q_goal, stamps, 0.6 * cell.ticks * cell.dt)
+    frames = _sense(cell, camera, scene, person, q, stamps, key, params)
+    return World(scene, person, frames, q_start)
+
+
+def _sense(cell: Cell, camera: Camera, scene: Scene, person: Person, q, stamps, key, params):  # noqa: ANN001, ANN202
+    robot = jax.vmap(lambda one: arm_capsules(cell.arm, one))(q)
+    return sense_sequence(camera, scene, person, robot, stamps, key, params)

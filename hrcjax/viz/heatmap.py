@@ -1,0 +1,172 @@
+"""A metric over the settings: heat maps over two parameters for each value of a third, curves, and sampled points."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hrcjax.viz.style import (
+    BEST,
+    COLOUR_MAP,
+    INFEASIBLE,
+    MISSING,
+    as_row,
+    finite_range,
+    heading,
+    label,
+    new_figure,
+    number,
+    parameter_label,
+    tidy,
+)
+
+
+class GridAxis(NamedTuple):
+    """Values of one swept parameter."""
+
+    name: str
+    values: Float[np.ndarray, "value"]
+    log: bool = False
+    """Spaced and drawn logarithmically."""
+    unit: str = ""
+
+
+def cell_edges(values: Float[np.ndarray, "value"], log: bool = False) -> Float[np.ndarray, "edge"]:
+    """Limits of cells around ascending values: half-way between neighbours, in the logarithm if `log`."""
+    at = np.log(values) if log else np.asarray(values, float)
+    if len(at) == 1:
+        half = 0.5 if log or at[0] == 0 else abs(at[0]) / 2
+        edges = np.array([at[0] - half, at[0] + half])
+    else:
+        middle = (at[1:] + at[:-1]) / 2
+        edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    return np.exp(edges) if log else edges
+
+
+def best_cell(values: Float[np.ndarray, "..."], better: str) -> tuple[int, ...] | None:
+    """Index of the best finite value; None if there is none or no end is the good one."""
+    if better not in ("low", "high") or not np.isfinite(values).any():
+        return None
+    flat = np.nanargmin(np.where(np.isfinite(values), values if better == "low" else -values, np.nan))
+    return tuple(int(i) for i in np.unravel_index(flat, values.shape))
+
+
+def heat_maps(
+    values: Float[np.ndarray, "x y panel"],
+    x: GridAxis,
+    y: GridAxis,
+    panel: GridAxis,
+    name: str,
+    unit: str = "",
+    better: str = "",
+    title: str = "",
+) -> tuple[Figure, list[Axes]]:
+    """One map over x and y for each value of `panel`, with one colour bar; the best cell of all carries a star.
+
+    Values that are not finite are drawn in light grey.
+    """
+    count = values.shape[2]
+    columns = min(4, count)
+    rows = -(-count // columns)
+    figure = new_figure(max(5.2, 2.5 * columns + 1.2), 2.35 * rows + 1.0)
+    grid = as_row(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False))
+    low, high = finite_range(values)
+    colours = colormaps[COLOUR_MAP].copy()
+    colours.set_bad(MISSING)
+    best = best_cell(values, better)
+    mesh = None
+    for i, axes in enumerate(grid):
+        if i >= count:
+            axes.set_visible(False)
+            continue
+        shown = np.ma.masked_invalid(values[:, :, i].T)
+        mesh = axes.pcolormesh(
+            cell_edges(x.values, x.log), cell_edges(y.values, y.log), shown, cmap=colours, vmin=low, vmax=high
+        )
+        axes.set_xscale("log" if x.log else "linear")
+        axes.set_yscale("log" if y.log else "linear")
+        if count > 1:
+            axes.set_title(f"{parameter_label(panel.name)} = {number(float(panel.values[i]))}", fontsize=9)
+        tidy(axes)
+        if best is not None and best[2] == i:
+            spot = (float(x.values[best[0]]), float(y.values[best[1]]))
+            axes.plot(*spot, marker="*", markersize=13, color="white", markeredgecolor="black", markeredgewidth=0.9)
+        if i + columns >= count:
+            axes.set_xlabel(parameter_label(x.name, x.unit))
+            axes.tick_params(labelbottom=True)
+        if i % columns == 0:
+            axes.set_ylabel(parameter_label(y.name, y.unit))
+    assert mesh is not None
+    bar = figure.colorbar(mesh, ax=grid, fraction=0.05, pad=0.02)
+    bar.set_label(label(name, unit))
+    bar.ax.tick_params(labelsize=8)
+    bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]  # a spine, whatever its type says
+    star = "  (★ best)" if best is not None else ""
+    heading(figure, (title or label(name)) + star)
+    return figure, grid[:count]
+
+
+def curve(
+    values: Float[np.ndarray, "value"],
+    x: GridAxis,
+    name: str,
+    unit: str = "",
+    better: str = "",
+    title: str = "",
+    axes: Axes | None = None,
+) -> tuple[Figure, Axes]:
+    """A metric over one parameter; the best value carries a star."""
+    figure, axes = _axes(axes)
+    axes.plot(x.values, values, marker="o", markersize=4, color=BEST)
+    best = best_cell(values, better)
+    if best is not None:
+        axes.plot(x.values[best], values[best], marker="*", markersize=13, color="white", markeredgecolor="black")
+    axes.set_xscale("log" if x.log else "linear")
+    axes.set_xlabel(parameter_label(x.name, x.unit))
+    axes.set_ylabel(label(name, unit))
+    axes.grid(alpha=0.3)
+    tidy(axes)
+    heading(figure, title)
+    return figure, axes
+
+
+def sample_map(
+    values: Float[np.ndarray, "sample"],
+    x: GridAxis,
+    y: GridAxis,
+    name: str,
+    unit: str = "",
+    better: str = "",
+    title: str = "",
+    feasible: Bool[np.ndarray, "sample"] | None = None,
+    axes: Axes | None = None,
+) -> tuple[Figure, Axes]:
+    """A metric at sampled settings, over two of their parameters; those that failed are light grey."""
+    figure, axes = _axes(axes)
+    good = np.isfinite(values) if feasible is None else feasible & np.isfinite(values)
+    axes.scatter(x.values[~good], y.values[~good], s=16, color=INFEASIBLE, label="failed")
+    low, high = finite_range(values[good])
+    points = axes.scatter(x.values[good], y.values[good], c=values[good], s=24, cmap=COLOUR_MAP, vmin=low, vmax=high)
+    best = best_cell(np.where(good, values, np.nan), better)
+    if best is not None:
+        axes.plot(x.values[best], y.values[best], marker="*", markersize=14, color="white", markeredgecolor="black")
+    axes.set_xscale("log" if x.log else "linear")
+    axes.set_yscale("log" if y.log else "linear")
+    axes.set_xlabel(parameter_label(x.name, x.unit))
+    axes.set_ylabel(parameter_label(y.name, y.unit))
+    figure.colorbar(points, ax=axes, label=label(name, unit))
+    tidy(axes)
+    heading(figure, title)
+    return figure, axes
+
+
+def _axes(axes: Axes | None) -> tuple[Figure, Axes]:
+    if axes is not None:
+        figure = axes.get_figure(root=True)
+        assert figure is not None
+        return figure, axes
+    figure = new_figure(6.0, 4.2)
+    return figure, figure.subplots()

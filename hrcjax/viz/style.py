@@ -1,0 +1,78 @@
+"""One look for all figures: a colour has one meaning everywhere, and every axis has its unit."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+ZONE_COLOURS = ("#4daf7c", "#f2b632", "#d9534f", "#3b3b46")
+"""Green, yellow, red, stop."""
+ZONE_NAMES = ("green", "yellow", "red", "stop")
+OBSTACLE = "#8a8f98"
+PERSON = "#c77dba"
+PLAN = "#7fb2e5"
+BEST = "#1f5fa8"
+WORST = "#d0702e"
+START = "#2a9d5c"
+GOAL = "#222222"
+INFEASIBLE = "#d5d7db"
+MISSING = "#eeeeee"
+GRID = "#dddddd"
+TEXT = "#30343b"
+COLOUR_MAP = "viridis"
+"""Sequential, even in lightness, readable with any colour vision."""
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure that is no part of any window system or global state [inch]."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def label(name: str, unit: str = "") -> str:
+    """Name and unit of an axis: "length [m]"; the unit "1" is left out."""
+    readable = name.replace("_", " ")
+    return readable if unit in ("", "1") else f"{readable} [{unit}]"
+
+
+def parameter_label(name: str, unit: str = "") -> str:
+    """Symbol of a swept parameter, as the papers write it, or its name."""
+    symbols = {"k_att": r"$K_{att}$", "k_rep": r"$K_{rep}$", "zeta": r"$\zeta$"}
+    return symbols[name] if name in symbols else label(name, unit)
+
+
+def tidy(axes: Axes) -> None:
+    """Thin frame without top and right."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=8, colors=TEXT)
+    axes.title.set_color(TEXT)
+
+
+def heading(figure: Figure, text: str) -> None:
+    """Title of a whole figure."""
+    if text:
+        figure.suptitle(text, fontsize=12, color=TEXT, fontweight="bold")
+
+
+def finite_range(values: Any) -> tuple[float, float]:
+    """Smallest and largest finite value, apart from each other; (0, 1) if there is none."""
+    array = np.asarray(values, dtype=float)
+    array = array[np.isfinite(array)]
+    if array.size == 0:
+        return 0.0, 1.0
+    low, high = float(array.min()), float(array.max())
+    return (low, high) if high > low else (low - 0.5, high + 0.5)
+
+
+def number(value: float) -> str:
+    """A number as figures write it."""
+    return f"{value:.3g}"
+
+
+def as_row(axes: Any) -> Sequence[Axes]:
+    """Axes from `Figure.subplots` as one flat list, row after row."""
+    return list(np.atleast_1d(axes).ravel())
