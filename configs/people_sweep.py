@@ -11,5 +11,5 @@ CONFIG = SweepConfig(
     config="people",
     person=("reach_in", "pass_by", "stand_and_work", "nobody"),
     seed=(0, 1, 2),
-    grid=("K_rep=log:0.01:1:8", "zeta=lin:1.5:5:8"),
+    grid=("K_rep=log:1e-6:1e-3:8", "zeta=lin:1.5:5:8"),
 )

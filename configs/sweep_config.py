@@ -17,7 +17,7 @@ class SweepConfig:
     """People: names of motions (reach_in, pass_by, stand_and_work, nobody) or BVH files."""
     seed: tuple[int, ...] = (0,)
     """Seeds of the camera's noise, of the person's variation and of cluttered scenes."""
-    grid: tuple[str, ...] = ("K_att=log:0.005:0.1:16", "K_rep=log:0.01:1:16", "zeta=lin:1.5:5:8")
+    grid: tuple[str, ...] = ("K_att=log:0.005:0.1:16", "K_rep=log:1e-6:1e-3:16", "zeta=lin:1.5:5:8")
     """Axes; they replace the default ones: NAME=lin:LOW:HIGH:COUNT, NAME=log:LOW:HIGH:COUNT or NAME=V1,V2,..."""
     sobol: int = 0
     """Number of Sobol samples inside the ranges of --grid; 0: all combinations."""

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.atomic import replace_file
+from experiments.field_docs import leaf_docs
 from experiments.settings import Settings
 from experiments.store import ENGINE, RESULTS
 from experiments.sweepable import NOT_FINITE, Sweepable
@@ -41,11 +42,13 @@ def _coordinates(problem: Sweepable, settings: Settings) -> dict[str, Any]:
     labels, _ = world_shape(problem)
     coords: dict[str, Any] = {dim: (dim, np.asarray(values)) for dim, values in labels.items()}
     sampled = settings.dims == ("sample",)
+    docs = leaf_docs(problem.params)
     if sampled:
         coords["sample"] = ("sample", np.arange(settings.count))
     for axis in settings.axes:
         values = settings.values[axis.name] if sampled else np.asarray(axis.values)
-        attrs = {"parameter": axis.name, "long_name": axis.label, "scale": axis.scale}
+        description, unit = docs.get(axis.name, (axis.label, "1"))
+        attrs = {"units": unit, "long_name": description, "parameter": axis.name, "scale": axis.scale}
         coords[axis.label] = ("sample" if sampled else axis.label, values, attrs)
     for dim, (values, unit, description) in problem.coords.items():
         coords[dim] = (dim, np.asarray(values), {"units": unit, "long_name": description})

@@ -71,13 +71,13 @@ class _Program:
         self.compiled: Any = None
         self.seconds = 0.0
 
-    def prepare(self, batch: Any, world: Any) -> None:
+    def prepare(self, batch: Any, world: Any, chunk: int) -> None:
         """Compiles, once. Raises ValueError if `evaluate` does not return what it announces."""
         if self.compiled is not None:
             return
         begin = time.monotonic()
         traced = jax.jit(self.problem.evaluate).trace(batch, world)
-        self._check(traced.out_info, jax.tree.leaves(batch)[0].shape[0])
+        self._check(traced.out_info, chunk)
         self.compiled = traced.lower().compile()
         self.seconds = time.monotonic() - begin
         self.progress.say(f"compiled in {duration(self.seconds)}{self._memory()}")
@@ -216,7 +216,7 @@ def _run_world(
     for c in missing:
         place = slices[c]
         batch = batch_params(problem.params, _padded(settings, place, chunk), dtype)
-        program.prepare(batch, world)
+        program.prepare(batch, world, chunk)
         begin = time.monotonic()
         outcome = program(batch, world)
         kept = {name: array[: place.stop - place.start] for name, array in outcome.items()}

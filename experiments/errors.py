@@ -8,7 +8,7 @@ import jax
 
 
 class UsageError(ValueError):
-    """A wrong name, value, file or combination of options. The message is one line: what was wrong, what is accepted."""
+    """A wrong name, value, file or mix of options. The message is one line: what was wrong, what is accepted."""
 
 
 class StorageError(OSError):
@@ -24,7 +24,7 @@ def exit_status(program: Callable[[], int]) -> int:
     """Runs a program; turns what a user can mend into one line on stderr and an exit status that is not 0.
 
     0: done. 1: results could not be written. 2: wrong options. 3: done, but some results are not finite.
-    130: stopped from the keyboard. The environment variable HRCJAX_DEBUG=1 shows tracebacks.
+    130: stopped from the keyboard. 141: nobody reads the output. The environment variable HRCJAX_DEBUG=1 shows tracebacks.
     """
     if os.environ.get("HRCJAX_DEBUG") == "1":
         return program()
@@ -34,6 +34,9 @@ def exit_status(program: Callable[[], int]) -> int:
         message, status = one_line(error), 2
     except StorageError as error:
         message, status = one_line(error), 1
+    except BrokenPipeError:  # the reader of a pipe had enough; python would complain again at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
     except KeyboardInterrupt:
         message, status = "stopped; the same command resumes where it was", 130
     except (MemoryError, jax.errors.JaxRuntimeError) as error:

@@ -1,6 +1,5 @@
 """`python -m experiments.figures RUN`: all figures of a finished run, as PNG in its folder."""
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,8 +12,9 @@ from matplotlib.figure import Figure
 from experiments.atomic import replace_file, storage_errors
 from experiments.dataset import WORLD_DIMS
 from experiments.errors import UsageError, exit_status
+from experiments.options import parse_options
 from experiments.store import newest_run, open_run
-from experiments.summary import axis_labels, metric_names, ranking, select, setting_dims
+from experiments.summary import axis_labels, metric_names, ranking, select, setting_dims, trade_off
 from hrcjax.viz import (
     GridAxis,
     Obstacles,
@@ -54,16 +54,16 @@ def metric_figure(results: xr.Dataset, name: str) -> Figure:
     More axes than three: the others are at the best setting's value.
     """
     variable = results[name].mean(WORLD_DIMS, skipna=False)
-    about = {"name": name, "unit": _unit(results, name), "better": str(results[name].attrs.get("better", ""))}
+    about = (name, _unit(results, name), str(results[name].attrs.get("better", "")))
     title = f"{name.replace('_', ' ')}: {_over(results)}"
     if "sample" in variable.dims:
         labels = axis_labels(results)
         x = _axis(results, labels[0])
         if len(labels) == 1:
             order = np.argsort(x.values)
-            return curve(variable.values[order], x._replace(values=x.values[order]), **about, title=title)[0]
+            return curve(variable.values[order], x._replace(values=x.values[order]), *about, title)[0]
         good = (results.status == 0).all(WORLD_DIMS).values
-        return sample_map(variable.values, x, _axis(results, labels[1]), **about, title=title, feasible=good)[0]
+        return sample_map(variable.values, x, _axis(results, labels[1]), *about, title, feasible=good)[0]
     best = select(results, int(ranking(results, str(results.attrs["rank"]))[0]))
     wide = [str(dim) for dim in variable.dims if results.sizes[dim] > 1]
     fixed = [str(dim) for dim in variable.dims if str(dim) not in wide[:3]]
@@ -76,12 +76,12 @@ def metric_figure(results: xr.Dataset, name: str) -> Figure:
     axes = [axis._replace(values=axis.values[at]) for axis, at in zip(axes, ordered, strict=True)]
     if not wide:
         only = _axis(results, str(results[name].dims[len(WORLD_DIMS)]))
-        return curve(np.atleast_1d(variable.values), only, **about, title=title)[0]
+        return curve(np.atleast_1d(variable.values), only, *about, title)[0]
     if len(wide) == 1:
-        return curve(variable.values, axes[0], **about, title=title)[0]
+        return curve(variable.values, axes[0], *about, title)[0]
     values = variable.transpose(*wide[:3]).values
     panel = axes[2] if len(axes) > 2 else GridAxis("", np.zeros(1))
-    return heat_maps(values.reshape(*values.shape[:2], -1), axes[0], axes[1], panel, **about, title=title)[0]
+    return heat_maps(values.reshape(*values.shape[:2], -1), axes[0], axes[1], panel, *about, title)[0]
 
 
 def best_and_worst(results: xr.Dataset, by: str) -> dict[str, int]:
@@ -93,7 +93,7 @@ def best_and_worst(results: xr.Dataset, by: str) -> dict[str, int]:
 
 def trade_off_figure(results: xr.Dataset, by: str) -> Figure | None:
     """The Pareto front of three metrics; None if the run does not have them."""
-    names = [name for name in json.loads(results.attrs.get("trade_off", "[]")) if name in results]
+    names = trade_off(results)
     if len(names) != 3:
         return None
     means = [results[name].mean(WORLD_DIMS, skipna=False).values.ravel().astype(float) for name in names]
@@ -133,7 +133,8 @@ def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
     if "person_a" in world:
         times = world.frame.values if "frame" in world.coords else np.arange(world.sizes["frame"], dtype=float)
         at = np.unique(np.linspace(0, len(times) - 1, POSES + 1)[:-1].round().astype(int))
-        person = PersonPoses(world.person_a.values[at], world.person_b.values[at], world.person_radius.values, times[at])
+        a, b = world.person_a.values[at], world.person_b.values[at]
+        person = PersonPoses(a, b, world.person_radius.values, times[at])
     ends = {name: world[name].values for name in ("start", "goal") if name in world}
     title = "Best and worst path: " + ", ".join(f"{dim} {results[dim].values[0]}" for dim in WORLD_DIMS)
     return path_views(lines, obstacles, person, **ends, title=title)[0]
@@ -141,19 +142,24 @@ def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
 
 def zones_figure(results: xr.Dataset, by: str) -> Figure | None:
     """Zones, separation and speed of the best and the worst setting in the first world; None if not kept."""
-    wanted = ("zone", "separation", "speed")
+    separation = "separation_t" if "separation_t" in results else "separation"
+    wanted = ("zone", separation, "speed")
     if any(name not in results for name in wanted):
         return None
     world = results.isel(dict.fromkeys(WORLD_DIMS, 0))
     runs = [select(world[list(wanted)], at, setting_dims(results)) for at in best_and_worst(results, by).values()]
     time = world.time.values.astype(float) if "time" in world.coords else np.arange(world.sizes["time"], dtype=float)
-    zone, separation, speed = (np.stack([run[name].values for run in runs]) for name in wanted)
+    zone, distance, speed = (np.stack([run[name].values for run in runs]) for name in wanted)
     title = "Zones over time: " + ", ".join(f"{dim} {results[dim].values[0]}" for dim in WORLD_DIMS)
-    return zones_view(time, zone.astype(np.int32), separation, speed, ["best", "worst"], title=title)[0]
+    return zones_view(time, zone.astype(np.int32), distance, speed, ["best", "worst"], title=title)[0]
 
 
-def draw_run(folder: str | Path, by: str = "") -> list[Path]:
-    """Draws all figures of a run into its folder `figures`; returns the files.
+def draw_run(folder: str | Path, by: str = "", metrics: Sequence[str] = ()) -> list[Path]:
+    """Draws the figures of a run into its folder `figures`; returns the files.
+
+    Args:
+        by: metric that ranks the settings; the run's own if empty.
+        metrics: metrics to draw beside that one and those of the Pareto front.
 
     Raises:
         UsageError: no finished run there, or no such metric.
@@ -162,9 +168,12 @@ def draw_run(folder: str | Path, by: str = "") -> list[Path]:
     folder = Path(folder)
     with open_run(folder) as results:
         by = by or str(results.attrs["rank"])
-        if by not in metric_names(results):
-            raise UsageError(f"--by {by}: no such metric; accepted: {', '.join(metric_names(results))}")
-        figures = {f"metric-{name}": metric_figure(results, name) for name in metric_names(results)}
+        known = metric_names(results)
+        for name in (by, *metrics):
+            if name not in known:
+                raise UsageError(f"{name}: no such metric; accepted: {', '.join(known)}")
+        drawn = dict.fromkeys([by, *trade_off(results), *metrics])
+        figures = {f"metric-{name}": metric_figure(results, name) for name in drawn}
         others = {"pareto": trade_off_figure, "paths": paths_figure, "zones": zones_figure}
         figures |= {name: figure for name, draw in others.items() if (figure := draw(results, by)) is not None}
     target = folder / "figures"
@@ -182,21 +191,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     """The program; returns its exit status."""
 
     def program() -> int:
-        def figures(run: tyro.conf.Positional[Path | None] = None, by: str = "") -> int:
-            """Draw all figures of a finished run into its folder.
+        def figures(run: tyro.conf.Positional[Path | None] = None, by: str = "", metric: tuple[str, ...] = ()) -> int:
+            """Draw the figures of a finished run into its folder.
 
             Args:
                 run: Folder of the run; the newest one under runs/ if not given.
                 by: Metric that ranks the settings; the run's own if not given.
+                metric: Metrics to draw beside that one and those of the Pareto front.
             """
             folder = run or newest_run()
             if folder is None:
                 raise UsageError("no finished run under runs/; name its folder")
-            for path in draw_run(folder, by):
+            for path in draw_run(folder, by, metric):
                 print(path)
             return 0
 
-        return tyro.cli(figures, prog="python -m experiments.figures", args=argv)
+        return parse_options(figures, argv, "python -m experiments.figures")
 
     try:
         return exit_status(program)

@@ -13,7 +13,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("hrcjax", "jax", "jaxlib", "mujoco", "mujoco-mjx", "equinox", "numpy", "scipy")
-CODE = ("hrcjax/**/*.py", "experiments/cell.py", "experiments/bvh.py", "experiments/engine.py", "experiments/settings.py")
+CODE = ("hrcjax/**/*.py", *(f"experiments/{name}.py" for name in ("cell", "bvh", "engine", "settings")))
 """The files on which results depend."""
 NO_INFLUENCE = ("hrcjax/viz/", "hrcjax/tune/")
 

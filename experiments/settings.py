@@ -75,20 +75,13 @@ def set_leaves(params: Any, values: Mapping[str, Any]) -> Any:
 
 
 def batch_params(params: Any, values: Mapping[str, np.ndarray], dtype: Any = jnp.float32) -> Any:
-    """Params with every numeric leaf of shape (setting, ...): the given columns, and the defaults repeated."""
-    count = len(next(iter(values.values())))
+    """Params whose named leaves have the shape (setting,); the others keep theirs, and are shared by all settings.
 
-    def column(leaf: Any) -> jax.Array:
-        leaf = np.asarray(leaf)
-        return jnp.asarray(np.broadcast_to(leaf, (count, *leaf.shape)), dtype)
-
-    defaults = jax.tree.map(column, params)
-    return set_leaves_of_batch(defaults, {name: jnp.asarray(column_, dtype) for name, column_ in values.items()})
-
-
-def set_leaves_of_batch(batch: Any, columns: Mapping[str, Any]) -> Any:
-    """`set_leaves` for leaves that are arrays already."""
-    return jax.tree_util.tree_map_with_path(lambda path, leaf: columns.get(_path_name(path), leaf), batch)
+    Raises:
+        UsageError: a name is no leaf.
+    """
+    columns = {name: np.asarray(column) for name, column in values.items()}
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), set_leaves(params, columns))
 
 
 def resolve(name: str, names: Collection[str], aliases: Mapping[str, str]) -> str:
@@ -220,7 +213,7 @@ def make_settings(
         taken: names that labels must not have (dims and variables of the results).
 
     Raises:
-        UsageError: see `parse_axis`; a parameter given twice; a product too large; a list or a negative count in a sample.
+        UsageError: as `parse_axis`; a parameter given twice; too many settings; a list or a negative count in a sample.
     """
     names = leaf_names(params)
     axes = [parse_axis(text, names, aliases or {}) for text in grid]
@@ -252,7 +245,7 @@ def make_settings(
 def _sample(axes: Sequence[Axis], samples: int, seed: int) -> Settings:
     for axis in axes:
         if axis.scale == "list" and len(axis.values) > 1:
-            raise UsageError(f"{axis.name}: a sample needs a range (lin:LOW:HIGH or log:LOW:HIGH) or one value, not a list")
+            raise UsageError(f"{axis.name}: a sample needs lin:LOW:HIGH, log:LOW:HIGH or one value, not a list")
     if samples > MAX_SETTINGS:
         raise UsageError(f"--sobol {samples}: more than {MAX_SETTINGS} settings")
     if seed < 0:

@@ -39,7 +39,9 @@ def open_run(folder: str | Path) -> xr.Dataset:
         return xr.open_dataset(folder / RESULTS, engine=ENGINE, decode_timedelta=False)
     except (OSError, ValueError, KeyError) as error:
         detail = one_line(error)
-        raise UsageError(f"{folder / RESULTS} is damaged ({detail}); remove it and run the same command again") from error
+        raise UsageError(
+            f"{folder / RESULTS} is damaged ({detail}); remove it and run the same command again"
+        ) from error
 
 
 def newest_run(root: str | Path = "runs") -> Path | None:
@@ -88,7 +90,11 @@ class RunStore:
             return None
         try:
             with xr.open_dataset(path, engine=ENGINE, decode_cf=False) as chunk:
-                arrays = {str(name): np.asarray(variable.values) for name, variable in chunk.data_vars.items() if only in ("", name)}
+                arrays = {
+                    str(name): np.asarray(variable.values)
+                    for name, variable in chunk.data_vars.items()
+                    if only in ("", name)
+                }
                 attrs = dict(chunk.attrs)
         except Exception:  # whatever the bytes on the disk make the reader do
             return None

@@ -1,5 +1,7 @@
 """The best settings of a run as a short table."""
 
+import json
+
 import numpy as np
 import xarray as xr
 
@@ -21,6 +23,12 @@ def metric_names(results: xr.Dataset) -> list[str]:
     return [str(name) for name, variable in results.data_vars.items() if "better" in variable.attrs]
 
 
+def trade_off(results: xr.Dataset) -> list[str]:
+    """The metrics of the Pareto figure that the run has."""
+    names = metric_names(results)
+    return [name for name in json.loads(results.attrs.get("trade_off", "[]")) if name in names]
+
+
 def ranking(results: xr.Dataset, by: str) -> np.ndarray:
     """Flat indices of the settings, best first: by the mean over all worlds; those that failed in some world come last,
     those without a finite value at the very end."""
@@ -40,7 +48,7 @@ def select(results: xr.Dataset, setting: int, dims: tuple[str, ...] | None = Non
 
 def best_table(results: xr.Dataset, by: str, rows: int = 5, columns: int = 7) -> str:
     """The best settings as aligned text; metrics are means over all worlds."""
-    names = [by, *(name for name in metric_names(results) if name != by)][:columns]
+    names = list(dict.fromkeys([by, *trade_off(results), *metric_names(results)]))[:columns]
     axes = axis_labels(results)
     order = ranking(results, by)[:rows]
     units = {name: results[name].attrs.get("units", "1") for name in names}

@@ -1,7 +1,5 @@
 """`python -m experiments.sweep`: the whole system for many settings of its parameters."""
 
-import contextlib
-import io
 import os
 import sys
 import time
@@ -11,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import tyro
 
 from configs import CONFIGS, SweepConfig
 from experiments.dataset import taken_names, world_shape, write_results
 from experiments.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
 from experiments.errors import StorageError, UsageError, exit_status, one_line
+from experiments.field_docs import leaf_docs
+from experiments.options import parse_options
 from experiments.progress import duration
 from experiments.provenance import code_digest, file_digest, fingerprint, provenance, versions
 from experiments.settings import Settings, leaf_names, make_settings
@@ -41,6 +40,7 @@ Examples:
     python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.05:0.5 policy.collision.k_rep=lin:0.1:2
 
 --list shows all parameters; a name's last part is enough where only one parameter ends so.
+
 In a notebook: from experiments.store import open_run; open_run("runs/...").score.sel(zeta=5)"""
 
 
@@ -57,16 +57,6 @@ def _named_config(argv: Sequence[str]) -> SweepConfig:
     return CONFIGS[name]
 
 
-def _plain(box: str) -> str:
-    """The message inside the box that the parser prints, without its title and its excerpts of the help text."""
-    lines = [line.strip("│─ ") for line in box.splitlines() if not line.startswith(("╭", "╰"))]
-    words = " ".join(" ".join(lines).split())
-    message = words.split(" For full helptext")[0].split(" Argument helptext:")[0]
-    message, _, meant = message.partition(" Perhaps you meant:")
-    close = [word for word in meant.split() if word.startswith("--")]
-    return (message + (f"; close: {close[0]}" if close else "")).rstrip(". ") or "wrong options"
-
-
 def parse(argv: Sequence[str]) -> SweepConfig:
     """The settings from the command line.
 
@@ -74,21 +64,8 @@ def parse(argv: Sequence[str]) -> SweepConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    default = _named_config(argv)
-    printed = io.StringIO()
-    try:
-        with contextlib.redirect_stderr(printed):
-            return tyro.cli(
-                SweepConfig,
-                prog="python -m experiments.sweep",
-                description=DESCRIPTION,
-                default=default,
-                args=list(argv),
-            )
-    except SystemExit as stop:
-        if not stop.code:
-            raise
-        raise UsageError(f"{_plain(printed.getvalue())}; --help shows all") from None
+    program = "python -m experiments.sweep"
+    return parse_options(SweepConfig, argv, program, description=DESCRIPTION, default=_named_config(argv))
 
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:
@@ -120,13 +97,15 @@ def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk:
 
 def _list_parameters(problem: Sweepable) -> str:
     short = {full: alias for alias, full in problem.aliases.items()}
+    docs = leaf_docs(problem.params)
     lines = []
     for name, default in leaf_names(problem.params).items():
         domain = problem.domains.get(name)
         bounds = f"[{domain[0]:g}, {domain[1]:g}]" if domain else ""
-        lines.append([name, f"{default:g}", bounds, short.get(name, "")])
-    table = [["parameter", "default", "domain", "alias"], *lines]
-    widths = [max(len(line[i]) for line in table) for i in range(4)]
+        description, unit = docs.get(name, ("", "1"))
+        lines.append([name, f"{default:g}", unit, bounds, short.get(name, ""), description])
+    table = [["parameter", "default", "unit", "domain", "alias", "meaning"], *lines]
+    widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in table
     )

@@ -32,7 +32,8 @@ class Sweepable:
     params: Any
     """The defaults: a pytree whose leaves are Python floats."""
     evaluate: Callable[[Any, Any], Mapping[str, Any]]
-    """(params with leaves of shape (setting,), world) -> metrics (setting,), traces (setting, ...), "status" (setting,)."""
+    """(params, world) -> metrics (setting,), traces (setting, ...) and "status" (setting,). Leaves of params that are
+    swept have the shape (setting,); the others are scalars, shared by all settings."""
     worlds: Sequence[tuple[Mapping[str, Any], Callable[[], Any]]]
     """({"scene", "person", "seed"}, function that builds the world): the whole product, the last label fastest."""
     metrics: Mapping[str, Metric]

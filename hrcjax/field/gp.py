@@ -151,8 +151,9 @@ def distance(field: GPField, x: Vector3) -> Float[Array, ""]:
     below and the gradient shrinks to 0; below about a third of a length scale the direction of the gradient may be
     that of either side. Without points: FAR, gradient 0.
     """
-    d = field.length_scale * field.kernel.distance(log_occupancy(field, x))
-    return jnp.where(jnp.any(field.mask), d, FAR)
+    some = jnp.any(field.mask)
+    log_o = jnp.where(some, log_occupancy(field, x), -1.0)
+    return jnp.where(some, field.length_scale * field.kernel.distance(log_o), FAR)
 
 
 def gradient(field: GPField, x: Vector3) -> Vector3:

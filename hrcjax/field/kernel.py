@@ -17,6 +17,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 
 from hrcjax.numerics import safe_sqrt
@@ -84,6 +85,22 @@ def _matern32_log(v: Float[Array, "..."]) -> Float[Array, "..."]:
     return jnp.where(near, series, jnp.log1p(far_t) - far_t)
 
 
+@jax.custom_jvp
+def _depth_by_newton(y: Float[Array, "..."]) -> Float[Array, "..."]:
+    """The t of t - ln(1 + t) = y for y not near 0 [1]."""
+    root = jnp.sqrt(2.0 * y)
+    t = jnp.where(y < 1.0, root + y * (2 / 3), y + jnp.log1p(y + root))  # first guess
+    for _ in range(4):
+        t = t - (t - jnp.log1p(t) - y) * (1.0 + t) / t
+    return t
+
+
+@_depth_by_newton.defjvp
+def _depth_by_newton_jvp(primals, tangents):
+    t = _depth_by_newton(*primals)
+    return t, tangents[0] * (1.0 + t) / t
+
+
 def lambert_depth(y: Float[Array, "..."]) -> Float[Array, "..."]:
     """The t >= 0 of t - ln(1 + t) = y [1], that is -1 - W(-exp(-1 - y)) with W the branch -1 of Lambert's function.
 
@@ -93,13 +110,9 @@ def lambert_depth(y: Float[Array, "..."]) -> Float[Array, "..."]:
     """
     near = y < 0.08
     s = blended_root(2.0 * y)
-    series = s * (1.0 + s * (1 / 3 + s * (1 / 36 + s * (-1 / 270 + s * (1 / 4320 + s * (1 / 17010 - s * 2.5536e-05))))))
-    far_y = jnp.where(near, 1.0, y)
-    root = jnp.sqrt(2.0 * far_y)
-    t = far_y + jnp.where(far_y < 1.0, root - far_y + far_y * (2 / 3), jnp.log1p(far_y + root))  # first guess
-    for _ in range(4):
-        t = t - (t - jnp.log1p(t) - far_y) * (1.0 + t) / t
-    return jnp.where(near, series, t)
+    tail = s**4 * (-1 / 270 + s * (1 / 4320 + s * (1 / 17010 - s * 139 / 5443200)))
+    series = s * (1.0 + s * (1 / 3 + s / 36)) + tail
+    return jnp.where(near, series, _depth_by_newton(jnp.where(near, 1.0, y)))
 
 
 def _matern32_distance(log_o: Float[Array, "..."]) -> Float[Array, "..."]:

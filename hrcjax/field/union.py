@@ -22,8 +22,9 @@ def union_distance(a: GPField, b: GPField, x: Vector3) -> Float[Array, ""]:
         ValueError: the kernels differ.
     """
     kernel = _same_kernel(a, b)
-    log_o = jnp.logaddexp(log_occupancy(a, x), log_occupancy(b, x))
-    return jnp.where(jnp.any(a.mask) | jnp.any(b.mask), a.length_scale * kernel.distance(log_o), FAR)
+    some = jnp.any(a.mask) | jnp.any(b.mask)
+    log_o = jnp.where(some, jnp.logaddexp(log_occupancy(a, x), log_occupancy(b, x)), -1.0)
+    return jnp.where(some, a.length_scale * kernel.distance(log_o), FAR)
 
 
 def union_distance_and_gradient(

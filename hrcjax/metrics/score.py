@@ -93,8 +93,8 @@ def power_score(
 def trajectory_smoothness(qdd: Float[Array, "time joint"], mask: Bool[Array, "time"] | None = None) -> Float[Array, ""]:
     """S_i = sum over time of |change of the acceleration of joint i|, scaled over the joints to 1..100, averaged.
 
-    Misprint in table IX: "* 99 + 13" is "* 99 + 1" and the number of the next formula. Because a run is scaled by its own
-    joints, this can't rank runs: a run ten times rougher has the same score. 1 where all joints are alike.
+    Misprint in table IX: "* 99 + 13" is "* 99 + 1" and the number of the next formula. A run is scaled by its own
+    joints, so this can't rank runs: a run ten times rougher has the same score. 1 where all joints are alike.
 
     Args:
         qdd: joint accelerations [rad/s^2].

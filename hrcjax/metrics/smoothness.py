@@ -1,8 +1,8 @@
 """Smoothness of a sampled motion: the forms of the HRI paper, in metres per sample, and forms in SI units.
 
 The HRI paper's figures (variance of acceleration, total jerk, mean squared jerk) are plain differences of tool
-positions per sample, so they depend on the sampling rate; resample both runs to one rate before comparing. The mask marks the
-samples that count (for example before the goal was reached); a difference counts where all its samples do.
+positions per sample, so they depend on the sampling rate; resample both runs to one rate before comparing. The mask
+marks the samples that count (for example before the goal was reached); a difference counts where all its samples do.
 
 In float32 third differences of positions at 125 Hz carry rounding noise of about 0.3 m/s^3: resample to 50 Hz or less.
 """

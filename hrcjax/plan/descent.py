@@ -6,9 +6,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_norm, solve_spd
+from hrcjax.numerics import ldl_factor, ldl_solve, safe_norm
 from hrcjax.plan.params import PotentialParams
-from hrcjax.plan.potential import DistancesFn, d_factor, force, limited, repulsive_potentials
+from hrcjax.plan.potential import (
+    DistancesFn,
+    attractive_potential,
+    d_factor,
+    force,
+    limited,
+    repulsive_potentials,
+)
 from hrcjax.typing import Array, Bool, Float, Int, Vector3
 
 StepFn = Callable[[PotentialParams, Vector3, Vector3, DistancesFn, Float[Array, "obstacle"]], Vector3]
@@ -44,17 +51,18 @@ def damped_step(
     Equal to the unit step where repulsion is soft; does not swing where it is stiff, and slides along at full speed.
     """
     influence = params.zeta * radius
-    factor = d_factor(params, q, goal)
-    rho, normals = jax.vmap(lambda e: jax.jvp(distances, (q,), (e,)), out_axes=(None, 1))(jnp.eye(3, dtype=q.dtype))
+    rho, normals = jax.vmap(lambda e: jax.jvp(distances, (q,), (e,)), out_axes=(None, 0))(jnp.eye(3, dtype=q.dtype))
 
-    def slope(r: Float[Array, "obstacle"]) -> Float[Array, "obstacle"]:
-        return jax.grad(lambda r: jnp.sum(repulsive_potentials(params, r, influence, factor)))(r)
+    def energy(q: Vector3, rho: Float[Array, "obstacle"]) -> Float[Array, ""]:
+        repulsive = repulsive_potentials(params, rho, influence, d_factor(params, q, goal))
+        return attractive_potential(params, q, goal) + jnp.sum(repulsive)
 
-    stiffness = jax.jvp(slope, (rho,), (jnp.ones_like(rho),))[1]
-    system = jnp.eye(3, dtype=q.dtype) + jnp.sum(
-        stiffness[:, None, None] * normals[:, :, None] * normals[:, None, :], axis=0
+    (by_point, by_distance), (_, stiffness) = jax.jvp(
+        jax.grad(energy, argnums=(0, 1)), (q, rho), (jnp.zeros_like(q), jnp.ones_like(rho))
     )
-    return limited(solve_spd(system, force(params, q, goal, distances, radius)), params.step_max)
+    forward = [-by_point[i] - jnp.sum(by_distance * normals[i]) for i in range(3)]
+    system = [[float(i == j) + jnp.sum(stiffness * normals[i] * normals[j]) for j in range(i + 1)] for i in range(3)]
+    return limited(jnp.stack(ldl_solve(*ldl_factor(system), forward)), params.step_max)
 
 
 def potential_path(

@@ -5,6 +5,7 @@ import math
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from hrcjax.numerics import safe_sqrt
 from hrcjax.plan.band import band_solve
@@ -19,6 +20,8 @@ _WAVE = (4 * math.pi) ** 2
 """Square of the wave number, times the length of the path, at which constraint and path are compared."""
 
 
+_MOVES = 2
+"""Newton steps for each look at the obstacles."""
 _SMOOTHING = 16.0
 """Weight of the squared second differences in smoothing the guess: waves shorter than 13 segments are damped."""
 _LONG = (1.25, 1.5)
@@ -77,19 +80,20 @@ def _curve_energy(waypoints: Float[Array, "waypoint 3"]) -> tuple[Array, Array, 
 
 def _smooth(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "waypoint 3"]:
     """The path x with the least |x - waypoints|^2 + _SMOOTHING |second differences of x|^2 and the same ends."""
-    fourth = jnp.diff(jnp.pad(jnp.diff(waypoints, n=2, axis=0), ((1, 1), (0, 0))), n=2, axis=0)
-    inner = jnp.zeros((waypoints.shape[0] - 2, 3, 3), waypoints.dtype)
-    move = band_solve(*_bands(inner, inner[1:], 1.0, 0.0, _SMOOTHING), _SMOOTHING, -_SMOOTHING * fourth)
-    return waypoints + jnp.pad(move, ((1, 1), (0, 0)))
+    count = waypoints.shape[0]
+    differences = np.eye(count - 2, count) - 2 * np.eye(count - 2, count, k=1) + np.eye(count - 2, count, k=2)
+    fourth = _SMOOTHING * (differences.T @ differences)[1:-1]
+    move = np.linalg.solve(np.eye(count - 2) + fourth[:, 1:-1], -fourth)
+    return waypoints.at[1:-1].add(jnp.asarray(move, waypoints.dtype) @ waypoints)
 
 
 def _bands(
-    diagonal: Float[Array, "waypoint 3 3"], off: Float[Array, "pair 3 3"], c: Scalar, a: Scalar, b: Scalar
+    diagonal: Float[Array, "waypoint 3 3"], off: Float[Array, "pair 3 3"], a: Scalar, b: Scalar
 ) -> tuple[Float[Array, "waypoint 3 3"], Float[Array, "pair 3 3"]]:
-    """The blocks with those of c |x|^2 / 2 + a |differences|^2 / 2 + b |second differences|^2 / 2 added."""
+    """The blocks with those of a |differences|^2 / 2 + b |second differences|^2 / 2 added."""
     eye = jnp.eye(3, dtype=diagonal.dtype)
     edge = jnp.zeros(diagonal.shape[0], diagonal.dtype).at[0].add(1).at[-1].add(1)[:, None, None]
-    return diagonal + (c + 2 * a + (6 - edge) * b) * eye, off - (a + 4 * b) * eye
+    return diagonal + (2 * a + (6 - edge) * b) * eye, off - (a + 4 * b) * eye
 
 
 def _samples(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "sample 3"]:
@@ -152,48 +156,71 @@ def optimise_path(
     path = params.path
     dtype = waypoints.dtype
     count = waypoints.shape[0] - 1
-    required = jnp.concatenate([required_distance(params, radius), jnp.zeros(6, dtype)])
     place = jnp.concatenate([jnp.arange(1, count, dtype=dtype), jnp.arange(count, dtype=dtype) + 0.5]) / count
 
-    def gaps(x: Vector3) -> Float[Array, "constraint"]:
-        return jnp.concatenate([distances(x), x - lower, upper - x])
+    def gaps_and_normals(x: Vector3) -> tuple[Float[Array, "obstacle"], Float[Array, "3 obstacle"]]:
+        return jax.vmap(lambda e: jax.jvp(distances, (x,), (e,)), out_axes=(None, 0))(jnp.eye(3, dtype=dtype))
 
-    def gaps_and_normals(x: Vector3) -> tuple[Float[Array, "constraint"], Float[Array, "constraint 3"]]:
-        return jax.vmap(lambda e: jax.jvp(gaps, (x,), (e,)), out_axes=(None, 1))(jnp.eye(3, dtype=dtype))
+    def allowed(
+        least: Float[Array, "*k"], start: Float[Array, "*k"], goal: Float[Array, "*k"], total: Array, place: Array
+    ) -> Float[Array, "*k sample"]:
+        """The least gap, or what can be attained by opening from a smaller one at start or goal."""
+        opening = path.opening * total * place
+        rising, falling = start[..., None] + opening, goal[..., None] + path.opening * total - opening
+        return jnp.minimum(least[..., None], jnp.minimum(rising, falling))
 
-    at_start, at_goal = gaps(waypoints[0]), gaps(waypoints[-1])
+    required = required_distance(params, radius)
+    at_start, at_goal = distances(waypoints[0]), distances(waypoints[-1])
+    face = jnp.zeros(3, dtype)
     guess = _smooth(waypoints)
     guess_length = length(guess)
 
-    def iterate(x: Float[Array, "waypoint 3"], softness: Float[Array, ""]) -> tuple[Float[Array, "waypoint 3"], None]:
-        total, energy, length_gradient, energy_gradient = _curve_energy(x)
-        a = path.omega1 * count / total
-        b = 2 * path.omega2 * count**3 / total**3
-        unit = (path.omega1 * _WAVE / total + 2 * path.omega2 * _WAVE * _WAVE / total**3) / count
-        stiffness = path.penalty * unit
+    def iterate(
+        x: Float[Array, "waypoint 3"], softness: Float[Array, "move"]
+    ) -> tuple[Float[Array, "waypoint 3"], None]:
+        # sample is the last axis, so that sums over obstacles run over whole vectors
+        samples = _samples(x)
+        gap, normal = jax.vmap(gaps_and_normals, out_axes=(1, 2))(samples)
+        offset = gap - jnp.sum(normal * samples.T[:, None, :], axis=0)
 
-        gap, normal = jax.vmap(gaps_and_normals)(_samples(x))
-        opening = path.opening * total * place[:, None]
-        allowed = jnp.minimum(at_start + opening, at_goal + path.opening * total - opening)
-        spare = jnp.minimum(gap - jnp.minimum(required, allowed), 10.0)
-        # push > 0 solves push = stiffness (excess - spare), push excess = unit softness^2
-        root = jnp.sqrt((stiffness * spare) ** 2 + 4 * stiffness * unit * softness * softness)
-        larger = (root + jnp.abs(stiffness * spare)) / 2
-        push = jnp.where(spare > 0, stiffness * unit * softness * softness / larger, larger)
-        held = stiffness * push / root  # minus the derivative of push by spare
+        def move(x: Float[Array, "waypoint 3"], softness: Float[Array, ""]) -> tuple[Float[Array, "waypoint 3"], None]:
+            total, energy, length_gradient, energy_gradient = _curve_energy(x)
+            a = path.omega1 * count / total
+            b = 2 * path.omega2 * count**3 / total**3
+            unit = (path.omega1 * _WAVE / total + 2 * path.omega2 * _WAVE * _WAVE / total**3) / count
+            stiffness = path.penalty * unit
 
-        block = jnp.sum(held[..., None, None] * normal[..., :, None] * normal[..., None, :], axis=1)
-        pushes = jnp.sum(push[..., None] * normal, axis=1)
-        force = pushes[: count - 1] + (pushes[count - 1 : -1] + pushes[count:]) / 2
-        lengthening = jnp.clip((_LONG[1] - total / guess_length) / (_LONG[1] - _LONG[0]), 0, 1)
-        force = force - (path.omega1 - 3 * path.omega2 * energy / total * lengthening) * length_gradient
-        force = force - path.omega2 * energy_gradient
-        move = band_solve(*_bands(*_spread(block), 0.0, a, b), b, force)
-        return x + jnp.pad(_no_longer(move, path.move_max), ((1, 1), (0, 0))), None
+            def push_back(spare: Array) -> tuple[Array, Array]:
+                """The push > 0 with push = stiffness (excess - spare), push excess = unit softness^2; its stiffness."""
+                root = jnp.sqrt((stiffness * spare) ** 2 + 4 * stiffness * unit * softness * softness)
+                larger = (root + jnp.abs(stiffness * spare)) / 2
+                push = jnp.where(spare > 0, stiffness * unit * softness * softness / larger, larger)
+                return push, stiffness * push / root
+
+            gap = offset + jnp.sum(normal * _samples(x).T[:, None, :], axis=0)
+            push, held = push_back(gap - allowed(required, at_start, at_goal, total, place))
+            block = [[jnp.sum(held * normal[i] * normal[j], axis=0) for j in range(3)] for i in range(3)]
+            pushes = jnp.stack([jnp.sum(push * normal[i], axis=0) for i in range(3)], axis=-1)
+            force = pushes[: count - 1] + (pushes[count - 1 : -1] + pushes[count:]) / 2
+            diagonal, off = _spread(jnp.stack([jnp.stack(row, axis=-1) for row in block], axis=-2))
+
+            inner, start, goal, at = x[1:-1], waypoints[0], waypoints[-1], place[: count - 1]
+            up, held_up = push_back(inner - lower - allowed(face, start - lower, goal - lower, total, at).T)
+            down, held_down = push_back(upper - inner - allowed(face, upper - start, upper - goal, total, at).T)
+            diagonal = diagonal + (held_up + held_down)[:, :, None] * jnp.eye(3, dtype=dtype)
+
+            lengthening = jnp.clip((_LONG[1] - total / guess_length) / (_LONG[1] - _LONG[0]), 0, 1)
+            force = force + up - down - path.omega2 * energy_gradient
+            force = force - (path.omega1 - 3 * path.omega2 * energy / total * lengthening) * length_gradient
+            step = band_solve(*_bands(diagonal, off, a, b), b, force)
+            return x + jnp.pad(_no_longer(step, path.move_max), ((1, 1), (0, 0))), None
+
+        return jax.lax.scan(move, x, softness)[0], None
 
     first, last = jnp.asarray(path.softness_first, dtype), jnp.asarray(path.softness_last, dtype)
-    ramp = jnp.minimum(jnp.linspace(0, 1.25, iterations, dtype=dtype), 1)
-    result, _ = jax.lax.scan(jax.checkpoint(iterate), guess, first * (last / first) ** ramp)
+    ramp = jnp.minimum(jnp.linspace(0, 1.25, iterations * _MOVES, dtype=dtype), 1)
+    softness = (first * (last / first) ** ramp).reshape(iterations, _MOVES)
+    result, _ = jax.lax.scan(jax.checkpoint(iterate), guess, softness)
     return judge(params, result, distances, radius, lower, upper, reached)
 
 

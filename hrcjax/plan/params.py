@@ -66,10 +66,10 @@ class PlanSizes:
 
     steps: int = 300
     """Steps of the descent; the paper takes 30 in a second."""
-    waypoints: int = 64
+    waypoints: int = 48
     """Waypoints of the path, start and goal among them."""
-    iterations: int = 24
-    """Iterations of the path optimiser."""
+    iterations: int = 12
+    """Iterations of the path optimiser; in each the obstacles are looked at once, and the path moved twice."""
 
     def __post_init__(self) -> None:
         """Raises: ValueError if a size is too small."""

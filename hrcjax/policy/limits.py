@@ -32,9 +32,10 @@ def limit_acceleration(
        brakes as hard as it can; beyond the range it is not sent back, only kept from going on.
 
     From a state within the limits no rule gives way, if qdd_max dt <= qd_max and each range is wider than some
-    qdd_max dt^2; with a longer dt the range is kept and the speed may not be. The bounds hold whether the caller integrates exactly, q += qd dt + qdd dt^2 / 2, also between the samples, or
-    qd first (semi-implicit Euler); explicit Euler overshoots. Differentiable almost everywhere. In float32
-    rounding lets a joint pass an end by some 1e-5 rad.
+    qdd_max dt^2; with a longer dt the range is kept and the speed may not be. The bounds hold whether the caller
+    integrates exactly, q += qd dt + qdd dt^2 / 2, also between the samples, or qd first (semi-implicit Euler);
+    explicit Euler overshoots. Differentiable almost everywhere. In float32 rounding lets a joint pass an end by some
+    1e-5 rad.
 
     Args:
         qdd: acceleration asked for [rad/s^2].

@@ -24,6 +24,7 @@ def resolve(params: ResolveParams, pulled: Pulled) -> Float[Array, "joint"]:
 
     Source: reference page 2, "Combination".
     """
-    s = jnp.maximum(params.scale * jnp.max(jnp.abs(pulled.M)), 1.0)
+    # The largest entry of a positive semi-definite matrix is on its diagonal.
+    s = jnp.maximum(params.scale * jnp.max(jnp.diagonal(pulled.M)), 1.0)
     regular = params.regularisation * jnp.eye(pulled.f.shape[0], dtype=pulled.M.dtype)
     return solve_spd(pulled.M / s + regular, pulled.f / s)

@@ -89,8 +89,8 @@ def _shape(a2: float, a3: float, d1: float, d4: float, d5: float, upper: float, 
 
 # Lengths, masses, centres of mass: Universal Robots, "DH parameters for calculations of kinematics and dynamics".
 # Limits: UR5 user manual 3.13, UR5e user manual, "Max. joint torques"; elbow +-pi as in Universal Robots' ROS
-# description (the upper arm is in the way beyond). Accelerations are not published: 15 rad/s^2 for the joints of the arm
-# and 25 for those of the wrist are our choice. Radii and stand-offs of the tubes: the ROS description's "manually
+# description (the upper arm is in the way beyond). Accelerations are not published: 15 rad/s^2 for the joints of the
+# arm and 25 for those of the wrist are our choice. Radii and stand-offs of the tubes: the ROS description's "manually
 # measured" radii 0.054, 0.040, 0.045 m and its shoulder and elbow offsets, the radii rounded up by 5 to 10 mm for caps
 # and cables; the capsules are ours.
 _ALPHA = np.array([math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0])

@@ -36,11 +36,14 @@ class ZoneState(eqx.Module):
     """GREEN, YELLOW, RED or STOP."""
     waited: Float[Array, ""]
     """How long a more relaxed zone has been possible [s]."""
+    candidate: Int[Array, ""]
+    """The tightest of the zones that were possible in that time."""
 
 
 def initial_zone(dtype: jnp.dtype | type = jnp.float32) -> ZoneState:
     """Green, not waiting: the first update tightens at once, so call it before the robot moves."""
-    return ZoneState(jnp.asarray(GREEN, jnp.int32), jnp.zeros((), dtype))
+    green = jnp.asarray(GREEN, jnp.int32)
+    return ZoneState(green, jnp.zeros((), dtype), green)
 
 
 def zone_thresholds(params: SafetyParams) -> ZoneThresholds:
@@ -86,7 +89,7 @@ def update_zone(
     """The zone one tick later.
 
     A tighter zone is entered at once. A more relaxed one is entered when the person has been farther than its threshold
-    by `hysteresis` for `relax_time`.
+    by `hysteresis` for all of `relax_time`.
 
     Args:
         d: distance robot to person [m].
@@ -97,11 +100,12 @@ def update_zone(
     tight = jnp.where(fresh, zone_at(params, d, head_distance), STOP).astype(jnp.int32)
     loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis), STOP).astype(jnp.int32)
     relaxing = loose < state.zone
+    candidate = jnp.where(relaxing, jnp.maximum(loose, state.candidate), GREEN).astype(jnp.int32)
     waited = jnp.where(relaxing, state.waited + dt, 0.0).astype(state.waited.dtype)
     # Half a tick of tolerance: the sum of many dt must not miss relax_time by rounding.
     relaxed = relaxing & (waited + 0.5 * dt >= params.zone.relax_time)
-    zone = jnp.where(tight >= state.zone, tight, jnp.where(relaxed, loose, state.zone))
-    return ZoneState(zone, jnp.where(relaxed, 0.0, waited))
+    zone = jnp.where(tight >= state.zone, tight, jnp.where(relaxed, candidate, state.zone))
+    return ZoneState(zone, jnp.where(relaxed, 0.0, waited), jnp.where(relaxed, GREEN, candidate).astype(jnp.int32))
 
 
 def zone_speed(

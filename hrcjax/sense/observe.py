@@ -37,7 +37,7 @@ class SenseParams(eqx.Module):
     """And this much more [m]."""
     table_margin: float = 0.03
     """Points lower than this over the table's top are cropped: noise makes the table thick [m]."""
-    reach: float = 1.3
+    reach: float = 2.0
     """Half width of the crop box about the robot's base, in x and y [m]."""
     ceiling: float = 1.3
     """Height of the crop box over the table [m]."""

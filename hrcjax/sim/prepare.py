@@ -1,11 +1,13 @@
 """A world made ready for episodes: where the arm starts, and what the camera sees before and while it moves."""
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.robot import arm_capsules, inverse_kinematics, tool_frame
-from hrcjax.sense import Camera, SenseParams, sense_sequence
+from hrcjax.robot import Arm, arm_capsules, inverse_kinematics, tool_frame
+from hrcjax.sense import Camera, Frames, SenseParams, sense_sequence
 from hrcjax.sim.cell import Cell, World
 from hrcjax.typing import Array, Float, Joints, PRNGKeyArray, Vector3
 from hrcjax.world import Person, Scene
@@ -25,12 +27,7 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
         ValueError: out of reach. Needs concrete values: call it outside jit.
     """
     arm = cell.arm
-    home = jnp.asarray(arm.home, x.dtype)
-    _, p_home = tool_frame(arm, home)
-    turn = jnp.arctan2(x[1], x[0]) - jnp.arctan2(p_home[1], p_home[0])
-    guess = home.at[0].add(jnp.arctan2(jnp.sin(turn), jnp.cos(turn)))
-    R, _ = tool_frame(arm, guess)
-    q, position_error, rotation_error = inverse_kinematics(arm, R, x, guess)
+    q, position_error, rotation_error = _reach(arm, x)
     if not (position_error < POSE_ERROR[0] and rotation_error < POSE_ERROR[1]):
         place = ", ".join(f"{v:.3f}" for v in np.asarray(x))
         raise ValueError(f"the {arm.variant} can't reach ({place}) m with the tool down; nearest {position_error:.3f} m away")
@@ -69,10 +66,32 @@ def make_world(
     q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
     stamps = frame_stamps(cell, q_start.dtype)
     q = nominal_motion(q_start, q_goal, stamps, 0.6 * cell.ticks * cell.dt)
-    frames = _sense(cell, camera, scene, person, q, stamps, key, params)
+    frames = _sense(cell.arm, camera, scene, person, q, stamps, key, params)
     return World(scene, person, frames, q_start)
 
 
-def _sense(cell: Cell, camera: Camera, scene: Scene, person: Person, q, stamps, key, params):  # noqa: ANN001, ANN202
-    robot = jax.vmap(lambda one: arm_capsules(cell.arm, one))(q)
+@partial(jax.jit, static_argnums=0)
+def _sense(
+    arm: Arm,
+    camera: Camera,
+    scene: Scene,
+    person: Person,
+    q: Float[Array, "frame joint"],
+    stamps: Float[Array, "frame"],
+    key: PRNGKeyArray,
+    params: SenseParams,
+) -> Frames:
+    """One compiled program for all worlds of one size: op by op this would take minutes."""
+    robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
     return sense_sequence(camera, scene, person, robot, stamps, key, params)
+
+
+@partial(jax.jit, static_argnums=0)
+def _reach(arm: Arm, x: Vector3) -> tuple[Joints, Array, Array]:
+    """Joint positions with the tool down at x, and the errors of position [m] and rotation [rad]."""
+    home = jnp.asarray(arm.home, x.dtype)
+    _, p_home = tool_frame(arm, home)
+    turn = jnp.arctan2(x[1], x[0]) - jnp.arctan2(p_home[1], p_home[0])
+    guess = home.at[0].add(jnp.arctan2(jnp.sin(turn), jnp.cos(turn)))
+    R, _ = tool_frame(arm, guess)
+    return inverse_kinematics(arm, R, x, guess)

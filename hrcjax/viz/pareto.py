@@ -29,9 +29,8 @@ def pareto_mask(values: Float[np.ndarray, "n k"], better: Sequence[str]) -> Bool
     front = np.zeros(len(cost), bool)
     while left.size:
         row = cost[left[0]]
-        worse = (cost[left] >= row).all(axis=1) & (cost[left] > row).any(axis=1)
-        beaten = ((cost[left] <= row).all(axis=1) & (cost[left] < row).any(axis=1)).any()
-        front[left[0]] = not beaten
+        worse = np.all(cost[left] >= row, axis=1) & np.any(cost[left] > row, axis=1)
+        front[left[0]] = True  # nothing left has a smaller sum, and what beats a row has
         left = left[1:][~worse[1:]]
     return front
 

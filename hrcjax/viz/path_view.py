@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float, Int
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
-from mpl_toolkits.mplot3d.axes3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from hrcjax.viz.style import BEST, GOAL, OBSTACLE, PERSON, START, TEXT, heading, new_figure, tidy
 
@@ -111,7 +111,7 @@ def plan_view(
 
 
 def _person_from_above(axes: Axes, person: PersonPoses) -> None:
-    for a, b, alpha, time in zip(person.a, person.b, _shades(len(person.times)), person.times, strict=True):
+    for a, b, alpha in zip(person.a, person.b, _shades(len(person.times)), strict=True):
         for k in np.flatnonzero(person.radius > 0):
             outline = capsule_outline(a[k, :2], b[k, :2], float(person.radius[k]))
             axes.add_patch(Polygon(outline, facecolor=PERSON, edgecolor="none", alpha=float(alpha), zorder=2))
@@ -232,7 +232,9 @@ def view_3d(
     if obstacles is not None:
         faces = [face for i in np.flatnonzero(obstacles.mask) for face in _solid(obstacles, int(i))]
         if faces:
-            axes.add_collection3d(Poly3DCollection(faces, facecolor=OBSTACLE, edgecolor="none", alpha=0.45, shade=False))
+            axes.add_collection3d(
+                Poly3DCollection(faces, facecolor=OBSTACLE, edgecolor="none", alpha=0.45, shade=False)
+            )
     for path in paths:
         axes.plot(*path.points.T, "--" if path.dashed else "-", color=path.colour, lw=2, label=path.name, zorder=5)
         shadow = np.column_stack([path.points[:, :2], np.zeros(len(path.points))])
@@ -263,5 +265,9 @@ def path_views(
     deep = figure.add_subplot(1, 2, 2, projection="3d")
     plan_view(paths, obstacles, person, start, goal, axes=flat)
     view_3d(paths, obstacles, person, start, goal, axes=deep)
+    legend = flat.get_legend()
+    if legend is not None:
+        legend.remove()
+    figure.legend(*flat.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False, fontsize=9)
     heading(figure, title)
     return figure, [flat, deep]

@@ -1,6 +1,5 @@
 """One look for all figures: a colour has one meaning everywhere, and every axis has its unit."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -73,6 +72,6 @@ def number(value: float) -> str:
     return f"{value:.3g}"
 
 
-def as_row(axes: Any) -> Sequence[Axes]:
+def as_row(axes: Any) -> list[Axes]:
     """Axes from `Figure.subplots` as one flat list, row after row."""
     return list(np.atleast_1d(axes).ravel())

@@ -4,7 +4,7 @@ Made on the host with NumPy, once; `dtype` is that of all their numbers.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -66,7 +66,7 @@ def make_scene(
     )
 
 
-def robotica(reading: Literal["columns", "spheres", "clearance"] = "columns", dtype: Any = jnp.float32) -> Scene:
+def robotica(reading: str = "columns", dtype: Any = jnp.float32) -> Scene:
     """The scene of the Robotica paper (2025), section 3, whose obstacles can be read in three ways.
 
     columns: upright cylinders of radius 3 cm that stand on the table up to their z; the first blocks the straight line.

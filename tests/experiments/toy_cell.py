@@ -60,14 +60,14 @@ def evaluate(params: ToyParams, world: ToyWorld) -> dict[str, jax.Array]:
         s = jnp.linspace(0, 1, TIMES, dtype=jnp.asarray(p.potential.k_att).dtype)
         line = world.start + s[:, None] * (world.goal - world.start)
         away = jnp.asarray([0.5, 0.8, 0.2], s.dtype)
-        push = 0.2 * p.potential.k_rep ** 0.3 * jnp.clip(jnp.sin(jnp.pi * s), 1e-6) ** (p.potential.zeta / 2)
+        push = 0.2 * p.potential.k_rep**0.3 * jnp.clip(jnp.sin(jnp.pi * s), 1e-6) ** (p.potential.zeta / 2)
         tool = line + (push * (1 + world.noise))[:, None] * away
         step = jnp.diff(tool, axis=0)
         length = jnp.sum(jnp.linalg.norm(step, axis=1))
         bending = jnp.sum(jnp.linalg.norm(jnp.diff(step, axis=0), axis=1) ** 2) * 1e3 * (1 + p.potential.k_att)
         gap = jnp.linalg.norm(tool - world.obstacle, axis=1)
         separation = 1.2 - 0.95 * jnp.exp(-(((s - 0.5 - 0.1 * p.potential.zeta / 5) / 0.15) ** 2))
-        zone = (separation < 1.1).astype(jnp.int8) + (separation < 0.6) + (separation < 0.32)
+        zone = sum((separation < limit).astype(jnp.int8) for limit in (1.1, 0.6, 0.32))
         clearance = jnp.min(gap) - 0.05
         score = 1 / (1 + length) + clearance - 0.02 * bending - (jnp.log(p.potential.k_att) + 3.5) ** 2 * 0.02
         return {
@@ -77,13 +77,14 @@ def evaluate(params: ToyParams, world: ToyWorld) -> dict[str, jax.Array]:
             "clearance": clearance,
             "plan": tool[::4],
             "tool": tool,
-            "zone": zone.astype(jnp.int8),
+            "zone": zone,
             "separation": separation,
             "speed": 0.4 * jnp.clip((separation - 0.3) / 0.8, 0, 1) + 0.0 * p.field.speed,
             "status": jnp.where(clearance < 0.02, 1, 0).astype(jnp.int32),
         }
 
-    out = jax.vmap(one)(params)
+    axes = jax.tree.map(lambda leaf: 0 if jnp.ndim(leaf) else None, params)
+    out = jax.vmap(one, in_axes=(axes,))(params)
     if DELAY:
         score = out["score"]
         out["score"] = jax.pure_callback(_sleep, jax.ShapeDtypeStruct(score.shape, score.dtype), score)
@@ -120,7 +121,7 @@ def build_cell(scenes, people, seeds, quick, backend) -> Sweepable:
         hip = np.array([1.0, 1.0, 0.0]) + 0 * reach
         head = np.array([0.95, 0.95, 0.75]) + 0 * reach
         a = np.stack([hip, shoulder, head], axis=1)
-        b = np.stack([shoulder, hand, head + [0, 0, 0.1]], axis=1)
+        b = np.stack([shoulder, hand, head + np.array([0, 0, 0.1])], axis=1)
         return {
             "start": np.asarray(w.start),
             "goal": np.asarray(w.goal),

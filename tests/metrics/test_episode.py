@@ -77,6 +77,22 @@ def test_a_known_run(dtype: jnp.dtype) -> None:
     np.testing.assert_allclose(got.score_overall, 0.8 * got.score_safety + 0.2 * got.score_efficiency, rtol=1e-5)
 
 
+def test_what_follows_the_arrival_does_not_count() -> None:
+    """Everything after the arrival replaced by noise: only the smallest distances may see it."""
+    run, rng = arrays(), np.random.default_rng(0)
+    after = {k: jnp.arange(v.shape[0]) * (N // v.shape[0]) > 110 for k, v in run.items() if k != "goal"}
+    noisy = dict(run)
+    for name in ("tool", "q", "qd", "qdd", "tau", "separation", "closing_speed", "obstacle_distances"):
+        noise = jnp.asarray(rng.uniform(0, 9, run[name].shape))
+        noisy[name] = jnp.where(after[name].reshape((-1,) + (1,) * (noise.ndim - 1)), noise, run[name])
+    noisy["zone"] = jnp.where(after["zone"], 0, run["zone"])
+    for (name, expected), got in zip(
+        dataclasses.asdict(settled(run)).items(), jax.tree.leaves(settled(noisy)), strict=True
+    ):
+        if name not in ("separation", "clearance"):
+            np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
 def test_normalisers_and_weights() -> None:
     run = arrays()
     base, other = settled(run), settled(run, largest_power=1e9, largest_joint_speed=1e9, largest_proximity=1e9)

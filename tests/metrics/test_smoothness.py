@@ -81,6 +81,14 @@ def test_minimum_jerk(amplitude: float, duration: float) -> None:
     np.testing.assert_allclose(log_dimensionless_jerk(x, rate), -np.log(204.8), rtol=1e-3)
 
 
+def test_dimensionless_jerk_of_constant_jerk() -> None:
+    """x = t^3 over 1 s in 8 steps: jerk 6, greatest speed of a step 8 - 7^3 / 8^2, with and without a mask."""
+    x = jnp.asarray((np.arange(12) / 8.0)[:, None] ** 3 * np.array([1.0, 0.0, 0.0]))
+    expected = 36 / (8 - 7**3 / 64) ** 2
+    np.testing.assert_allclose(dimensionless_jerk(x[:9], 8.0), expected, rtol=1e-12)
+    np.testing.assert_allclose(dimensionless_jerk(x, 8.0, jnp.arange(12) < 9), expected, rtol=1e-12)
+
+
 def test_mask_cuts_the_run() -> None:
     x, rate = minimum_jerk(0.5, 2.0, 401)
     longer = jnp.concatenate([x, x[-1] + jnp.asarray(RNG.normal(size=(50, 3)))])

@@ -6,11 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from experiments.benchmarks.serial import policy as serial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jax.test_util import check_grads as _check_grads
 
+from experiments.benchmarks.serial import policy as serial
 from hrcjax.policy import (
     CollisionParams,
     DampingParams,

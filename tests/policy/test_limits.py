@@ -100,6 +100,28 @@ def test_each_bound_in_closed_form():
     np.testing.assert_array_equal(qdd, 0.0)  # 0.03 rad earlier there is still a step to spare
 
 
+def test_braking_bound_between_nothing_and_full():
+    """Room 0.21 rad at 2 rad/s: v' with v'^2 = 2 qdd_max (room - (v + v') dt / 2)."""
+    q, qd, dt = jnp.array([0.79, 0.0, 0.5]), jnp.array([2.0, 0.0, 0.0]), 0.01
+    qdd, _ = limit_acceleration(jnp.zeros(3), q, qd, limits_of(), dt)
+    after = 2.0 + qdd[0] * dt
+    assert -10.0 < qdd[0] < 0.0
+    np.testing.assert_allclose(after**2, 2 * 10.0 * (0.21 - (2.0 + after) * dt / 2), rtol=1e-12)
+
+
+def test_passing_an_end_by_rounding_is_undone_gently():
+    qdd, _ = limit_acceleration(
+        jnp.zeros(3), jnp.array([1.0, 0.0, 0.5]), jnp.array([1e-3, 0.0, 0.0]), limits_of(), 0.01
+    )
+    np.testing.assert_allclose(qdd[0], -0.2, rtol=1e-12)  # to -1e-3 rad/s: back where it was
+
+
+def test_where_the_bounds_exclude_each_other_their_mean_is_taken():
+    limits = JointLimits(*(jnp.array([v]) for v in (1.0, -1.0, 3.0, 10.0)))  # no range at all
+    qdd, _ = limit_acceleration(jnp.array([5.0]), jnp.zeros(1), jnp.array([0.01]), limits, 0.01)
+    np.testing.assert_allclose(qdd, -1.5, rtol=1e-12)  # between -2 and -1
+
+
 def test_outside_the_limits_it_brakes_and_does_not_go_on():
     limits, middle, dt = limits_of(), jnp.array([0.0, 0.0, 0.5]), 0.01
     push = jnp.full(3, 5.0)

@@ -5,7 +5,7 @@ import numpy as np
 
 
 def random_model(joints: int, seed: int) -> mujoco.MjModel:
-    """A chain with everything askew: anchors, axes, frames, inertias, references; a welded body, one with two hinges."""
+    """A chain with everything askew: anchors, axes, frames, inertias, references; a welded body, a double hinge."""
     rng = np.random.default_rng(seed)
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -24,7 +24,7 @@ def random_model(joints: int, seed: int) -> mujoco.MjModel:
             joint = body.add_joint(
                 type=mujoco.mjtJoint.mjJNT_HINGE, axis=rng.normal(size=3), pos=rng.normal(size=3) * 0.1
             )
-            joint.damping = rng.uniform() * 2
+            joint.damping = [rng.uniform() * 2, 0.0, 0.0]
             joint.armature = rng.uniform() * 0.05
             joint.ref = rng.normal()
             made += 1

@@ -1,10 +1,10 @@
 """The arm's shape: capsules against MuJoCo's geoms, the cover of spheres, the tool."""
 
-import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
+from quick import quick_jit
 
 from hrcjax.robot import arm_capsules, arm_table, control_points, load_arm, tool_frame
 from hrcjax.robot.body import COVER_MARGIN
@@ -16,7 +16,7 @@ def poses(count: int) -> np.ndarray:
 
 def test_capsules_against_mujoco(arm, dtype):
     data = mujoco.MjData(arm.model)
-    f = jax.jit(lambda q: arm_capsules(arm, q))
+    f = quick_jit(lambda q: arm_capsules(arm, q))
     for q in poses(5):
         data.qpos[:] = q
         mujoco.mj_kinematics(arm.model, data)

@@ -1,6 +1,6 @@
 """Forces and accelerations against C MuJoCo, and the derivative of the accelerations in both modes."""
 
-from functools import partial
+from functools import cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jax.test_util import check_grads
+from quick import quick_jit
 from random_chain import random_model
 
 from hrcjax.robot import bias_force, chain_from_mujoco, forward_dynamics, inverse_dynamics, load_arm, mass_matrix
@@ -39,13 +40,19 @@ def worst(value, expected: np.ndarray) -> float:
     return float(np.max(error / np.linalg.norm(flat(expected), axis=1)))
 
 
-def all_of(chain, q, qd, tau, qdd):
-    return {
-        "M": mass_matrix(chain, q),
-        "bias": bias_force(chain, q, qd),
-        "qdd": forward_dynamics(chain, q, qd, tau),
-        "tau": inverse_dynamics(chain, q, qd, qdd),
-    }
+@cache
+def all_of(chain):
+    """Every quantity, for a batch of states; the arms compiled once for each precision, random chains eager."""
+
+    def one(q, qd, tau, qdd):
+        return {
+            "M": mass_matrix(chain, q),
+            "bias": bias_force(chain, q, qd),
+            "qdd": forward_dynamics(chain, q, qd, tau),
+            "tau": inverse_dynamics(chain, q, qd, qdd),
+        }
+
+    return quick_jit(jax.vmap(one)) if chain.size == 6 else jax.vmap(one)
 
 
 @pytest.mark.parametrize("torques", ["of the motors", "of modest accelerations"])
@@ -58,7 +65,7 @@ def test_against_mujoco(arm, dtype, torques):
         TAU = np.einsum("sij,sj->si", ref["M"], rng.uniform(-1, 1, (STATES, 6)) * arm.qdd_max) + ref["bias"]
     q, qd, tau = (jnp.asarray(v, dtype) for v in (Q, QD, TAU))
     ref = mujoco_dynamics(arm.model, q, qd, tau)
-    out = jax.jit(jax.vmap(partial(all_of, arm.chain)))(q, qd, tau, jnp.asarray(ref["qdd"], dtype))
+    out = all_of(arm.chain)(q, qd, tau, jnp.asarray(ref["qdd"], dtype))
     assert {v.dtype for v in out.values()} == {dtype}
     tight = 1e-5 if dtype == jnp.float32 else 1e-10
     assert worst(out["M"], ref["M"]) < tight / 10
@@ -75,7 +82,7 @@ def test_random_chains_against_mujoco(joints):
     rng = np.random.default_rng(joints)
     q, qd, tau = (jnp.asarray(rng.normal(size=(20, joints)) * k) for k in (2, 2, 20))
     ref = mujoco_dynamics(model, q, qd, tau)
-    out = jax.jit(jax.vmap(partial(all_of, chain)))(q, qd, tau, jnp.asarray(ref["qdd"]))
+    out = all_of(chain)(q, qd, tau, jnp.asarray(ref["qdd"]))
     assert np.all(np.asarray(chain.damping) > 0)
     assert worst(out["M"], ref["M"]) < 1e-10
     assert worst(out["bias"], ref["bias"]) < 1e-10
@@ -89,7 +96,7 @@ def test_random_states_one_chain_in_float32():
     rng = np.random.default_rng(1)
     q, qd, tau = (jnp.asarray(rng.normal(size=(100, 5)) * k, jnp.float32) for k in (2, 2, 20))
     ref = mujoco_dynamics(model, q, qd, tau)
-    out = jax.jit(jax.vmap(partial(all_of, chain)))(q, qd, tau, jnp.asarray(ref["qdd"], jnp.float32))
+    out = all_of(chain)(q, qd, tau, jnp.asarray(ref["qdd"], jnp.float32))
     for name in ("M", "bias", "qdd"):
         assert worst(out[name], ref[name]) < 1e-5
 
@@ -103,7 +110,7 @@ def test_derivatives_of_the_accelerations(ur5, pose, mode):
     q = jnp.asarray(SINGULAR[pose])
     qd = jnp.asarray([0.3, -1.0, 0.5, 0.2, -0.7, 1.1])
     tau = jnp.asarray([1.0, -20.0, 5.0, 0.3, 0.1, 0.01])
-    f = jax.jit(partial(forward_dynamics, ur5.chain))
+    f = quick_jit(partial(forward_dynamics, ur5.chain))
     check_grads(f, (q, qd, tau), order=1, modes=(mode,), rtol=2e-3, eps=1e-6)
 
 
@@ -118,10 +125,8 @@ def test_derivatives_against_those_of_a_general_solve():
         drag = jnp.asarray(chain.damping) * qd
         return jnp.linalg.solve(mass_matrix(chain, q), tau - bias_force(chain, q, qd) - drag)
 
-    ours, theirs = (
-        jax.jit(jax.jacfwd(f, argnums=(0, 1, 2)))(q, qd, tau) for f in (partial(forward_dynamics, chain), plain)
-    )
-    back = jax.jit(jax.jacrev(partial(forward_dynamics, chain), argnums=(0, 1, 2)))(q, qd, tau)
+    ours, theirs = (jax.jacfwd(f, argnums=(0, 1, 2))(q, qd, tau) for f in (partial(forward_dynamics, chain), plain))
+    back = jax.jacrev(partial(forward_dynamics, chain), argnums=(0, 1, 2))(q, qd, tau)
     for a, b, c in zip(ours, theirs, back, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(c, b, rtol=1e-9, atol=1e-9)
@@ -131,7 +136,7 @@ def test_second_derivative():
     model = random_model(3, seed=6)
     chain = chain_from_mujoco(model)
     q, qd, tau = (jnp.asarray(v) for v in ([0.3, -0.2, 1.0], [1.0, 0.5, -0.4], [2.0, 1.0, 0.5]))
-    f = jax.jit(lambda q, qd: jnp.sum(jnp.sin(forward_dynamics(chain, q, qd, tau))))
+    f = quick_jit(lambda q, qd: jnp.sum(jnp.sin(forward_dynamics(chain, q, qd, tau))))
     check_grads(f, (q, qd), order=2, rtol=1e-3, eps=1e-5)
 
 
@@ -139,7 +144,7 @@ UR5 = load_arm("ur5")
 POSE = st.lists(st.floats(-3, 3, width=32), min_size=6, max_size=6).map(np.array)
 
 
-@jax.jit
+@quick_jit
 def _laws(q, qd, qdd):
     chain = UR5.chain
     M = mass_matrix(chain, q)

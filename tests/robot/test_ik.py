@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax.test_util import check_grads
+from quick import quick_jit
 from scipy.spatial.transform import Rotation
 
 from hrcjax.robot import inverse_kinematics, load_arm, tool_frame
@@ -19,7 +20,7 @@ def test_rotation_error_against_scipy(dtype):
     v = axis / np.linalg.norm(axis, axis=1, keepdims=True) * size[:, None]
     B = Rotation.from_rotvec(v) * A
     to, fro = (jnp.asarray(r.as_matrix(), dtype) for r in (B, A))
-    found = np.asarray(jax.jit(jax.vmap(rotation_error))(to, fro), np.float64)
+    found = np.asarray(quick_jit(jax.vmap(rotation_error))(to, fro), np.float64)
     assert found.shape == (200, 3)
     np.testing.assert_allclose(found, v, atol=3e-6 if dtype == jnp.float32 else 1e-9)
 
@@ -61,7 +62,7 @@ def test_round_trip(arm, dtype):
         R2, p2 = tool_frame(arm, found)
         return found, position, rotation, jnp.max(jnp.abs(p2 - p)), jnp.max(jnp.abs(R2 - R))
 
-    found, position, rotation, dp, dR = jax.jit(jax.vmap(one))(jnp.asarray(Q, dtype), jnp.asarray(guess, dtype))
+    found, position, rotation, dp, dR = quick_jit(jax.vmap(one))(jnp.asarray(Q, dtype), jnp.asarray(guess, dtype))
     assert found.dtype == position.dtype == rotation.dtype == dtype
     loose = 2e-5 if dtype == jnp.float32 else 1e-8
     good = np.asarray(position < loose)
@@ -74,7 +75,7 @@ def test_round_trip(arm, dtype):
 def test_against_the_analytic_solutions():
     library = pytest.importorskip("ur_analytic_ik")
     arm = load_arm("ur5")
-    solve = jax.jit(lambda R, p, g: inverse_kinematics(arm, R, p, g))
+    solve = quick_jit(lambda R, p, g: inverse_kinematics(arm, R, p, g))
     rng = np.random.default_rng(2)
     for _ in range(5):
         q = rng.uniform(-2, 2, 6)
@@ -88,7 +89,7 @@ def test_against_the_analytic_solutions():
 
 
 def test_out_of_reach_says_so(ur5):
-    found, position, rotation = jax.jit(lambda p: inverse_kinematics(ur5, jnp.eye(3), p, jnp.asarray(ur5.home)))(
+    found, position, rotation = quick_jit(lambda p: inverse_kinematics(ur5, jnp.eye(3), p, jnp.asarray(ur5.home)))(
         jnp.asarray([2.0, 0.0, 0.3])
     )
     assert np.all(np.isfinite(found))
@@ -113,4 +114,4 @@ def test_gradient_is_finite_at_the_singular_arm(ur5):
 
     _, p = tool_frame(ur5, q)
     for shift in (0.0, -0.01):
-        assert np.all(np.isfinite(jax.jit(jax.grad(found))(p + shift)))
+        assert np.all(np.isfinite(quick_jit(jax.grad(found))(p + shift)))

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
+from quick import quick_jit
 from random_chain import random_model
 
 from hrcjax.robot import chain_from_mujoco, link_frames, point_jacobians, point_motion, points_on_links
@@ -20,7 +21,7 @@ def states(n: int, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def test_frames_against_mujoco(arm, dtype):
     Q, _ = states(6, 1000)
-    R, p = jax.jit(jax.vmap(lambda q: link_frames(arm.chain, q)))(jnp.asarray(Q, dtype))
+    R, p = quick_jit(jax.vmap(lambda q: link_frames(arm.chain, q)))(jnp.asarray(Q, dtype))
     assert R.dtype == p.dtype == dtype
     data = mujoco.MjData(arm.model)
     xpos, xmat = [], []
@@ -40,7 +41,7 @@ def test_random_chains_against_mujoco(joints):
     chain = chain_from_mujoco(model)
     data = mujoco.MjData(model)
     links = (joints - 1, 0, 1)
-    f = jax.jit(lambda q, qd: (link_frames(chain, q), point_motion(chain, q, qd, links, OFFSETS[:3])))
+    f = quick_jit(lambda q, qd: (link_frames(chain, q), point_motion(chain, q, qd, links, OFFSETS[:3])))
     Q, QD = states(joints, 5)
     for q, qd in zip(Q, QD, strict=True):
         data.qpos[:], data.qvel[:] = q, qd
@@ -77,11 +78,11 @@ def test_motion_against_derivatives(arm):
         return place(q), velocity(q), jax.jacfwd(place)(q), jax.jvp(velocity, (q,), (qd,))[1]
 
     q, qd = jnp.asarray(Q), jnp.asarray(QD)
-    expected = jax.jit(jax.vmap(by_derivatives))(q, qd)
-    motion = jax.jit(jax.vmap(lambda q, qd: point_motion(chain, q, qd, LINKS, OFFSETS)))(q, qd)
+    expected = quick_jit(jax.vmap(by_derivatives))(q, qd)
+    motion = quick_jit(jax.vmap(lambda q, qd: point_motion(chain, q, qd, LINKS, OFFSETS)))(q, qd)
     for name, value in zip(("x", "xd", "J", "Jd_qd"), expected, strict=True):
         np.testing.assert_allclose(getattr(motion, name), value, atol=1e-12, err_msg=name)
-    J = jax.jit(jax.vmap(lambda q: point_jacobians(chain, q, LINKS, OFFSETS)))(q)
+    J = quick_jit(jax.vmap(lambda q: point_jacobians(chain, q, LINKS, OFFSETS)))(q)
     np.testing.assert_allclose(J, expected[2], atol=1e-12)
 
 
@@ -116,7 +117,7 @@ def test_motion_is_differentiable_at_the_singular_arm(ur5, mode):
         motion = point_motion(ur5.chain, q, qd, LINKS, OFFSETS)
         return sum(jnp.sum(jnp.sin(leaf)) for leaf in jax.tree.leaves(motion))
 
-    jax.test_util.check_grads(jax.jit(total), (q, 0.3 + q), order=1, modes=(mode,), rtol=1e-4)
+    jax.test_util.check_grads(quick_jit(total), (q, 0.3 + q), order=1, modes=(mode,), rtol=1e-4)
 
 
 def test_wrong_arguments(ur5):

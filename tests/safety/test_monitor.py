@@ -102,7 +102,7 @@ def test_every_point_has_the_limit_of_its_distance() -> None:
 
 
 def test_red_takes_the_body_region_into_account() -> None:
-    state = ZoneState(jnp.asarray(RED, jnp.int32), jnp.asarray(0.0))
+    state = ZoneState(jnp.asarray(RED, jnp.int32), jnp.asarray(0.0), jnp.asarray(GREEN, jnp.int32))
     assert decide(d=(0.55, 3.0), pfl=0.2, state=state)[1].speed_limit == 0.2
     assert decide(d=(0.55, 3.0), pfl=9.0, state=state)[1].speed_limit == 0.25
 

@@ -53,7 +53,9 @@ plain_zones = jax.jit(jax.vmap(lambda d: zone_at(PARAMS, d)))
 def zones(distances, fresh=None, start=GREEN):
     d = jnp.asarray(distances)
     fresh = jnp.ones(d.shape, bool) if fresh is None else jnp.asarray(fresh)
-    return np.asarray(run(d, fresh, ZoneState(jnp.asarray(start, jnp.int32), jnp.zeros((), d.dtype))))
+    return np.asarray(
+        run(d, fresh, ZoneState(jnp.asarray(start, jnp.int32), jnp.zeros((), d.dtype), jnp.asarray(GREEN, jnp.int32)))
+    )
 
 
 def test_thresholds() -> None:
@@ -111,6 +113,12 @@ def test_relaxes_after_the_hysteresis_and_the_wait() -> None:
     np.testing.assert_array_equal(zones(np.full(12, 0.60), start=RED), [RED] * 9 + [YELLOW] * 3)
     np.testing.assert_array_equal(zones(np.full(40, 0.57), start=RED), [RED] * 40)
     np.testing.assert_array_equal(zones(np.full(12, 3.0), start=STOP), [STOP] * 9 + [GREEN] * 3)
+
+
+def test_relaxes_to_the_tightest_zone_of_the_wait() -> None:
+    """One far sample at the end of the wait does not open green; the next wait begins afresh."""
+    np.testing.assert_array_equal(zones([0.45] * 9 + [3.0] * 13, start=STOP), [STOP] * 9 + [RED] * 10 + [GREEN] * 3)
+    np.testing.assert_array_equal(zones([0.45] * 10 + [3.0] * 12, start=STOP), [STOP] * 9 + [RED] * 10 + [GREEN] * 3)
 
 
 def test_an_interrupted_wait_starts_again() -> None:

@@ -1,0 +1,197 @@
+"""The cell as a sweep sees it: defaults, worlds, one function from settings to results, and what the results mean."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from experiments.sweepable import Metric, Sweepable, Trace
+from hrcjax.metrics import METRICS
+from hrcjax.robot import load_arm
+from hrcjax.sense import cell_camera
+from hrcjax.sim import Cell, Params, World, episode, fit_fields, make_world, outcome
+from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named
+
+ALIASES = {
+    "K_att": "plan.potential.k_att",
+    "K_rep": "plan.potential.k_rep",
+    "zeta": "plan.potential.zeta",
+    "omega1": "plan.path.omega1",
+    "omega2": "plan.path.omega2",
+    "length_scale": "field.length_scale",
+}
+DOMAINS = {
+    "plan.potential.k_att": (1e-4, 1.0),
+    "plan.potential.k_rep": (0.0, 1.0),
+    "plan.potential.zeta": (1.0, 10.0),
+    "plan.path.omega1": (1e-6, 1e3),
+    "plan.path.omega2": (0.0, 1e3),
+    "field.length_scale": (0.01, 0.2),
+    "field.noise": (0.0, 1.0),
+    "motion.speed": (0.01, 1.5),
+}
+"""Values outside are refused: they mean nothing, or the numbers do not carry them."""
+
+STATUSES = {0: "ok", 1: "goal not reached in time", 2: "the arm touched an obstacle", 3: "a command was not finite"}
+
+TRACES = {
+    "plan": Trace(("waypoint", "xyz"), "m", "planned path"),
+    "tool": Trace(("time", "xyz"), "m", "way of the tool"),
+    "separation_t": Trace(("time",), "m", "true distance of the arm to the person"),
+    "clearance_t": Trace(("time",), "m", "true distance of the arm to the obstacles"),
+    "speed": Trace(("time",), "m/s", "speed of the tool"),
+    "speed_limit": Trace(("time",), "m/s", "speed towards the person that the safety monitor allowed"),
+    "zone": Trace(("time",), "1", "0 green, 1 yellow, 2 red, 3 stop"),
+    "path_status": Trace((), "1", "bits: 1 descent reached the goal, 2 required distances kept, 4 within the bounds"),
+}
+
+ABOUT = {
+    "obstacle_kind": Trace(("obstacle",), "", "0 sphere, 1 column, 2 box"),
+    "obstacle_center": Trace(("obstacle", "xyz"), "m", "middle of the obstacle"),
+    "obstacle_size": Trace(("obstacle", "xyz"), "m", "half extents; radius first"),
+    "obstacle_yaw": Trace(("obstacle",), "rad", "turn about the vertical"),
+    "obstacle_mask": Trace(("obstacle",), "", "1 where an obstacle exists"),
+    "start": Trace(("xyz",), "m", "start of the path"),
+    "goal": Trace(("xyz",), "m", "goal of the path"),
+    "person_a": Trace(("frame", "capsule", "xyz"), "m", "one end of the person's capsules"),
+    "person_b": Trace(("frame", "capsule", "xyz"), "m", "other end"),
+    "person_radius": Trace(("capsule",), "m", "radius"),
+}
+"""What is stored of a world, once, for figures."""
+
+
+def about(world: World) -> dict[str, Any]:
+    """The arrays named in `ABOUT`."""
+    scene, person = world.scene, world.person
+    return {
+        "obstacle_kind": scene.kind,
+        "obstacle_center": scene.center,
+        "obstacle_size": scene.size,
+        "obstacle_yaw": scene.yaw,
+        "obstacle_mask": scene.mask.astype(jnp.int8),
+        "start": scene.start,
+        "goal": scene.goal,
+        "person_a": person.a,
+        "person_b": person.b,
+        "person_radius": person.radius,
+    }
+
+
+EPISODE = 10.0
+"""Length of an episode [s]."""
+QUICK_EPISODE = 6.0
+"""Length with --quick [s]."""
+PERSON_RATE = 30.0
+"""Poses a second of a person's record [Hz]."""
+BYTES_PER_TICK = 900
+"""Memory that one tick of one setting takes while it runs, measured [bytes]."""
+
+
+def make_cell(quick: bool = False, backend: str = "folded", variant: str = "ur5") -> Cell:
+    """The UR5 cell of the sweep."""
+    seconds = QUICK_EPISODE if quick else EPISODE
+    return Cell(arm=load_arm(variant), ticks=round(seconds / Cell.dt), backend=backend)
+
+
+def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
+    """A motion by name, or a recorded one from a BVH file.
+
+    Raises:
+        ValueError: no such motion, or a file that is missing or broken.
+    """
+    if name in MOTIONS:
+        return motion_named(name, scene, seed, duration, PERSON_RATE)
+    if not name.lower().endswith(".bvh"):
+        raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or a file that ends in .bvh")
+    from experiments.bvh import read_bvh  # here: its library is slow to import
+
+    positions, names, rate = read_bvh(Path(name))
+    return person_from_joints(positions, names, rate, scene, duration, PERSON_RATE)
+
+
+def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> World:
+    """One scene with one person, sensed."""
+    scene = scene_named(scene_name, seed)
+    person = make_person(person_name, scene, seed, cell.ticks * cell.dt)
+    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed))
+
+
+def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:
+    """Results of a batch of settings in one world.
+
+    Args:
+        params: leaves that are swept have a leading axis; the others are scalars and shared by all settings.
+    """
+    axes = jax.tree.map(lambda leaf: 0 if jnp.ndim(leaf) else None, params)
+    field_axes = jax.tree.leaves(axes.field)
+    share = all(axis is None for axis in field_axes)
+    shared = fit_fields(params.field, world.frames) if share else None
+
+    def one(setting: Params) -> dict[str, Any]:
+        fields = fit_fields(setting.field, world.frames) if shared is None else shared
+        run = episode(setting, cell, world, fields)
+        kept = outcome(setting, cell, world, run)
+        metrics = {name: getattr(kept.metrics, name) for name in METRICS}
+        traces = {
+            "plan": kept.traces.plan,
+            "tool": kept.traces.tool,
+            "separation_t": kept.traces.separation,
+            "clearance_t": kept.traces.clearance,
+            "speed": kept.traces.speed,
+            "speed_limit": kept.traces.speed_limit,
+            "zone": kept.traces.zone.astype(jnp.int8),
+            "path_status": kept.path_status,
+        }
+        touched = kept.metrics.clearance < 0
+        status = jnp.where(kept.metrics.success > 0, 0, 1)
+        status = jnp.where(touched, 2, status)
+        status = jnp.where(kept.run_status & 5 != 0, 3, status)
+        return {**metrics, **traces, "status": status.astype(jnp.int32)}
+
+    return jax.vmap(one, in_axes=(axes,))(params)
+
+
+def build_cell(
+    scenes: Sequence[str], people: Sequence[str], seeds: Sequence[int], quick: bool = False, backend: str = "folded"
+) -> Sweepable:
+    """Everything that the sweep needs.
+
+    Raises:
+        ValueError: an unknown scene or person.
+    """
+    cell = make_cell(quick, backend)
+    frames = round(cell.ticks * cell.dt * PERSON_RATE) + 1
+    for scene in scenes:
+        scene_named(scene, 0)
+    for person in people:
+        make_person(person, scene_named(scenes[0], 0), 0, 1.0)
+    worlds: list[tuple[Mapping[str, Any], Callable[[], Any]]] = [
+        ({"scene": scene, "person": person, "seed": seed}, partial(build_world, cell, scene, person, seed))
+        for scene, person, seed in product(scenes, people, seeds)
+    ]
+    return Sweepable(
+        params=eqx.filter(Params(), lambda leaf: not isinstance(leaf, bool)),
+        evaluate=partial(evaluate, cell),
+        worlds=worlds,
+        metrics={name: Metric(*about) for name, about in METRICS.items()},  # type: ignore[arg-type]
+        traces=TRACES,
+        bytes_per_setting=cell.ticks * BYTES_PER_TICK,
+        aliases=ALIASES,
+        domains=DOMAINS,
+        rank="score_overall",
+        trade_off=("tool_length", "tool_bending_energy", "clearance"),
+        statuses=STATUSES,
+        describe=about,
+        described=ABOUT,
+        coords={
+            "frame": (np.arange(frames) / PERSON_RATE, "s", "time of the person's pose"),
+            "time": (np.asarray(cell.times[:: cell.metric_stride]), "s", "time since the start"),
+            "xyz": (np.array(["x", "y", "z"]), "", "axis of the world"),
+        },
+    )

@@ -1,0 +1,39 @@
+"""Options of a program from its command line, with one line for what is wrong in them."""
+
+import contextlib
+import io
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import tyro
+
+from experiments.errors import UsageError
+
+T = TypeVar("T")
+
+
+def _plain(box: str) -> str:
+    """The message inside the box that the parser prints, without its title and its excerpts of the help text."""
+    lines = [line.strip("│─ ") for line in box.splitlines() if not line.startswith(("╭", "╰"))]
+    words = " ".join(" ".join(lines).split())
+    message = words.split(" For full helptext")[0].split(" Argument helptext:")[0]
+    message, _, meant = message.partition(" Perhaps you meant:")
+    close = [word for word in meant.split() if word.startswith("--")]
+    return (message + (f"; close: {close[0]}" if close else "")).rstrip(". ") or "wrong options"
+
+
+def parse_options(kind: Callable[..., T], argv: Sequence[str] | None, program: str, **settings: Any) -> T:
+    """What `kind`, a dataclass or a function, makes of the command line.
+
+    Raises:
+        UsageError: an unknown option, a missing one, or a value of the wrong type.
+        SystemExit: with status 0 after --help.
+    """
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(printed):
+            return tyro.cli(kind, prog=program, args=None if argv is None else list(argv), **settings)
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        raise UsageError(f"{_plain(printed.getvalue())}; --help shows all") from None

@@ -1,0 +1,29 @@
+"""One number per episode that is smooth in every parameter: what tuning descends."""
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.sim import Cell, Params, World, episode, fit_fields
+from hrcjax.typing import Array, Float
+
+SAFE_CLEARANCE = 0.05
+"""Distance of the arm to anything under which the loss grows [m]."""
+SOFTNESS = 0.02
+"""Distance over which it begins to [m]."""
+EFFORT = 1e-3
+"""Weight of the mean squared joint acceleration [s^4/rad^2]."""
+
+
+def episode_loss(params: Params, cell: Cell, world: World) -> Float[Array, ""]:
+    """Progress, effort and clearance of one episode [1].
+
+    The mean squared distance to the goal over that at the start, plus the mean squared joint acceleration, plus the
+    mean of a soft hinge on the clearance that the field has. Not the score of the papers, whose maxima and thresholds
+    have no useful derivative.
+    """
+    run = episode(params, cell, world, fit_fields(params.field, world.frames))
+    scene, record = world.scene, run.record
+    way = jnp.sum((record.tool - scene.goal) ** 2, axis=-1) / jnp.sum((scene.start - scene.goal) ** 2)
+    effort = jnp.sum(record.qdd**2, axis=-1)
+    near = jax.nn.softplus((SAFE_CLEARANCE - record.field_clearance) / SOFTNESS)
+    return jnp.mean(way) + EFFORT * jnp.mean(effort) + jnp.mean(near)
