@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.field.kernel import SQUARED_EXPONENTIAL, Kernel
+from hrcjax.field.moments import LEAST_EXPONENT
 from hrcjax.field.params import FieldParams
 from hrcjax.geom.cloud import Cloud
 from hrcjax.typing import Array, Bool, Float, Vector3
@@ -126,10 +127,11 @@ def log_occupancy(field: GPField, x: Vector3) -> Float[Array, ""]:
     """
     dx, dy, dz = (field.points[:, i] - x[i] for i in range(3))
     r2 = dx * dx + dy * dy + dz * dz
-    terms = jnp.where(field.mask, field.kernel.log(r2 / field.length_scale**2), -jnp.inf)
-    largest = jax.lax.stop_gradient(jnp.max(terms, initial=LEAST_LOG / field.length_scale**2))
-    k = jnp.where(field.mask, jnp.exp(jnp.where(field.mask, terms, 0.0) - largest), 0.0)
-    return largest + log_signed(jnp.sum(field.weights * k), jnp.sum(jnp.abs(field.weights) * k))
+    terms = jnp.where(field.mask, field.kernel.log(r2 / field.length_scale**2), LEAST_LOG / field.length_scale**2)
+    largest = jax.lax.stop_gradient(jnp.max(terms))
+    k = jnp.exp(jnp.maximum(terms - largest, LEAST_EXPONENT))
+    total = field.weights @ k
+    return largest + log_signed(total, jnp.abs(field.weights) @ k if field.signed else total)
 
 
 def has_digits(total: Float[Array, ""], absolute: Float[Array, ""]) -> Bool[Array, ""]:

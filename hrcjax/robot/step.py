@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
 import equinox as eqx
@@ -37,17 +37,25 @@ def jit_for(backend: str, f: Callable[_P, _R], **options: Any) -> Callable[_P, _
     """`jax.jit(f, **options)`, with the compiler option that `backend` needs on a CPU.
 
     XLA's fusion emitters compute the deep expressions of `mjx.step` over and over, which makes it some 100 times
-    slower; for "mjx" they are switched off for f alone. Compiler options hold for the outermost jit: where a caller
-    wraps the result in a jit of his own, that jit's options count for all, and he has to make it by this function.
-    A result inside another jit is not wrong, only slow.
+    slower; for "mjx" they are switched off for f alone. JAX takes compiler options for the outermost jit only, and
+    raises at any other. So within another transformation (a caller's own jit, grad or vmap) f is traced as part of
+    that, with the options of the outermost jit: right, but slow unless that too is made by this function, as in
+    `jit_for("mjx", jax.grad(f))`.
 
     Raises:
         ValueError: no such backend.
     """
     _check_backend(backend)
-    if backend == "mjx" and jax.default_backend() == "cpu":
-        options = {"compiler_options": {"xla_cpu_use_fusion_emitters": False}, **options}
-    return jax.jit(f, **options)
+    if backend == "folded" or jax.default_backend() != "cpu":
+        return jax.jit(f, **options)
+    compiled = jax.jit(f, compiler_options={"xla_cpu_use_fusion_emitters": False}, **options)
+
+    @wraps(f)
+    def outermost(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        inner = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((args, kwargs)))
+        return f(*args, **kwargs) if inner else compiled(*args, **kwargs)
+
+    return outermost
 
 
 def limit_torque(arm: Arm, tau: Joints) -> tuple[Joints, Bool[Array, "joint"]]:
