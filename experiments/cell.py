@@ -13,8 +13,8 @@ import numpy as np
 
 from experiments.sweepable import Metric, Sweepable, Trace
 from hrcjax.metrics import METRICS
-from hrcjax.robot import load_arm
-from hrcjax.sense import cell_camera
+from hrcjax.robot import load_arm, with_tool
+from hrcjax.sense import SenseParams, cell_camera
 from hrcjax.sim import Cell, Params, World, episode, fit_fields, make_world, outcome
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named
 
@@ -83,6 +83,11 @@ def about(world: World) -> dict[str, Any]:
     }
 
 
+TOOL = (0.12, 0.03)
+"""Length and radius of the tool: with the bare flange at the paper's goal, 5 cm over the table, the forearm would lie in
+the 20 cm column beside it [m]."""
+SENSE = SenseParams(voxel=0.05, least_count=4.0)
+"""Fewer and surer points than the library's default: a pixel covers 1.5 cm here, a voxel some ten pixels."""
 EPISODE = 10.0
 """Length of an episode [s]."""
 QUICK_EPISODE = 6.0
@@ -96,7 +101,7 @@ BYTES_PER_TICK = 900
 def make_cell(quick: bool = False, backend: str = "folded", variant: str = "ur5") -> Cell:
     """The UR5 cell of the sweep."""
     seconds = QUICK_EPISODE if quick else EPISODE
-    return Cell(arm=load_arm(variant), ticks=round(seconds / Cell.dt), backend=backend)
+    return Cell(arm=with_tool(load_arm(variant), *TOOL), ticks=round(seconds / Cell.dt), backend=backend)
 
 
 def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
@@ -119,7 +124,7 @@ def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> Wor
     """One scene with one person, sensed."""
     scene = scene_named(scene_name, seed)
     person = make_person(person_name, scene, seed, cell.ticks * cell.dt)
-    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed))
+    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed), SENSE)
 
 
 def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:

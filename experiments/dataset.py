@@ -74,7 +74,7 @@ def write_results(
     described: Callable[[int, str], np.ndarray],
     attrs: Mapping[str, Any],
 ) -> Path:
-    """Writes results.nc, one variable after the other, so that only one is in memory at a time.
+    """Writes results.nc, one trace after the other, so that only one is in memory at a time.
 
     Args:
         chunks: (world's index, output's name) -> (slice of settings, array) of each of its chunks.
@@ -98,23 +98,25 @@ def write_results(
         assert whole is not None
         return whole.reshape(*worlds, *settings.shape, *whole.shape[2:])
 
-    def variables() -> Iterable[tuple[str, tuple[str, ...], np.ndarray, dict[str, Any]]]:
-        front = (*WORLD_DIMS, *axes)
+    front = (*WORLD_DIMS, *axes)
+
+    def small() -> xr.Dataset:
+        variables = {}
         for name, (unit, better, description) in problem.metrics.items():
-            yield name, front, gather(name), {"units": unit, "long_name": description, "better": better}
-        yield "status", front, gather("status"), _status_attrs(problem)
-        for name, (dims, unit, description) in problem.traces.items():
-            yield name, (*front, *dims), gather(name), {"units": unit, "long_name": description}
+            variables[name] = (front, gather(name), {"units": unit, "long_name": description, "better": better})
+        variables["status"] = (front, gather("status"), _status_attrs(problem))
         for name, (dims, unit, description) in problem.described.items():
             stacked = np.stack([described(world, name) for world in range(count)])
             array = stacked.reshape(*worlds, *stacked.shape[1:])
-            yield name, (*WORLD_DIMS, *dims), array, {"units": unit, "long_name": description}
+            variables[name] = ((*WORLD_DIMS, *dims), array, {"units": unit, "long_name": description})
+        return xr.Dataset(variables, _coordinates(problem, settings), encoded)
 
     def write(temporary: Path) -> None:
-        coords = _coordinates(problem, settings)
-        xr.Dataset(coords=coords, attrs=encoded).to_netcdf(temporary, mode="w", engine=ENGINE)
-        for name, dims, array, about in variables():
-            xr.Dataset({name: (dims, array, about)}).to_netcdf(temporary, mode="a", engine=ENGINE)
+        small().to_netcdf(temporary, mode="w", engine=ENGINE)
+        for name, (dims, unit, description) in problem.traces.items():
+            about = {"units": unit, "long_name": description}
+            trace = xr.Dataset({name: ((*front, *dims), gather(name), about)})
+            trace.to_netcdf(temporary, mode="a", engine=ENGINE)
 
     replace_file(folder / RESULTS, write)
     return folder / RESULTS

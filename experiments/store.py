@@ -7,6 +7,7 @@ arrays. So a run may be killed at any moment: what is there is right, what is no
 import contextlib
 import fcntl
 import hashlib
+import io
 import json
 import os
 import shutil
@@ -14,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 
@@ -67,7 +69,7 @@ class RunStore:
         self.fingerprint = fingerprint
 
     def _path(self, key: str) -> Path:
-        return self.folder / CHUNKS / f"{key}.nc"
+        return self.folder / CHUNKS / f"{key}.h5"
 
     def write(self, key: str, arrays: Mapping[str, np.ndarray]) -> None:
         """Stores arrays under a key such as "world-000-chunk-0001".
@@ -75,9 +77,12 @@ class RunStore:
         Raises:
             StorageError: the disk is full, or the like; nothing else is lost.
         """
-        variables = {name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in arrays.items()}
-        attrs = {"fingerprint": self.fingerprint, "key": key, "digest": _digest(arrays)}
-        write_bytes(self._path(key), xr.Dataset(variables, attrs=attrs).to_netcdf(engine=ENGINE))
+        memory = io.BytesIO()
+        with h5py.File(memory, "w") as file:
+            for name, array in arrays.items():
+                file[name] = array
+            file.attrs.update({"fingerprint": self.fingerprint, "key": key, "digest": _digest(arrays)})
+        write_bytes(self._path(key), memory.getbuffer())
 
     def read(self, key: str, only: str = "") -> dict[str, np.ndarray] | None:
         """The arrays of a key; None if absent, damaged, or of another run.
@@ -89,13 +94,9 @@ class RunStore:
         if not path.is_file():
             return None
         try:
-            with xr.open_dataset(path, engine=ENGINE, decode_cf=False) as chunk:
-                arrays = {
-                    str(name): np.asarray(variable.values)
-                    for name, variable in chunk.data_vars.items()
-                    if only in ("", name)
-                }
-                attrs = dict(chunk.attrs)
+            with h5py.File(path) as file:
+                arrays = {name: np.asarray(file[name]) for name in ([only] if only else file)}
+                attrs = dict(file.attrs)
         except Exception:  # whatever the bytes on the disk make the reader do
             return None
         right = attrs.get("fingerprint") == self.fingerprint and attrs.get("key") == key

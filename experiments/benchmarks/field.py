@@ -1,11 +1,12 @@
 """Time of the distance field per pair of query and training point, as a multiple of a bare exponential.
 
 The measure: `jnp.exp` of a ready float32 array of one entry per pair, each row summed: the exponentials and one pass
-over the array, nothing else. Rows named `_written` compare with the plain `jnp.exp` of the same array, whose result is a
-second large array and takes several times as long: the easier measure.
-All are compiled before, run by the
-same threads, and interleaved; the best of several counts. Queries go through `jax.lax.map` in batches whose
-exponentials fit the cache; the closed loop is 64 episodes of 18 control points under nested `vmap`.
+over the array, nothing else. Rows named `_written` compare with the plain `jnp.exp` of the same array, whose result is
+a second large array and takes several times as long: the easier measure. All programs are compiled before, run by the
+same threads, and interleaved; the best of several counts.
+
+Queries go through `jax.lax.map` in batches whose exponentials fit the cache; the closed loop (`union`) is 64 episodes
+of 18 control points under nested `vmap`, its reverse mode the gradient of a scalar of all four results.
 """
 
 import time

@@ -1,6 +1,9 @@
 """The arm as the other modules see it: limits, shape, control points, tool."""
 
-from dataclasses import dataclass
+# pyright: reportAttributeAccessIssue=false
+# mujoco's types are compiled and have no stubs
+
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 import mujoco
@@ -101,6 +104,32 @@ def load_arm(variant: str = "ur5") -> Arm:
         control_radii=np.array([radius for _, centres, radius in covered for _ in centres]),
         tool_link=len(table.mass) - 1,
         tool_offset=np.zeros(3),
+    )
+
+
+def with_tool(arm: Arm, length: float, radius: float) -> Arm:
+    """The arm with a straight tool on its flange: a capsule along the flange's axis, whose far end is the tool point.
+
+    The tool has no mass. Its two control spheres stand at a third and at two thirds of its length, 5 mm wider.
+
+    Raises:
+        ValueError: a length that is not above twice the radius.
+    """
+    if not 0 < 2 * radius < length:
+        raise ValueError(f"tool of length {length} m and radius {radius} m; accepted: 0 < 2 radius < length")
+    link, base, axis = arm.tool_link, arm.tool_offset, np.array([0.0, 0.0, 1.0])
+    spheres = np.stack([base + length * share * axis for share in (1 / 3, 2 / 3)])
+    return replace(
+        arm,
+        capsule_names=(*arm.capsule_names, "tool"),
+        capsule_links=(*arm.capsule_links, link),
+        capsule_a=np.concatenate([arm.capsule_a, (base + radius * axis)[None]]),
+        capsule_b=np.concatenate([arm.capsule_b, (base + (length - radius) * axis)[None]]),
+        capsule_radii=np.append(arm.capsule_radii, radius),
+        control_links=(*arm.control_links, link, link),
+        control_offsets=np.concatenate([arm.control_offsets, spheres]),
+        control_radii=np.append(arm.control_radii, [radius + 0.005] * 2),
+        tool_offset=base + length * axis,
     )
 
 

@@ -1,5 +1,8 @@
 """A serial chain of hinges as plain constants, read from a compiled MuJoCo model."""
 
+# pyright: reportAttributeAccessIssue=false
+# mujoco's types are compiled and have no stubs
+
 from dataclasses import dataclass
 
 import mujoco

@@ -10,6 +10,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 
 from hrcjax.numerics import ldl_factor
 from hrcjax.robot.chain import Chain
@@ -208,10 +209,10 @@ def _accelerations(chain: Chain, q: Array, qd: Array, tau: Array) -> Array:
 
 @_accelerations.defjvp
 def _accelerations_jvp(
-    chain: Chain, primals: tuple[Array, Array, Array], tangents: tuple[Array, Array, Array]
+    chain: Chain, primals: tuple[ArrayLike, ...], tangents: tuple[ArrayLike, ...]
 ) -> tuple[Array, Array]:
-    q, qd, tau = primals
-    d_q, d_qd, d_tau = tangents
+    q, qd, tau = (jnp.asarray(v) for v in primals)
+    d_q, d_qd, d_tau = (jnp.asarray(v) for v in tangents)
     qdd, factors = _accelerate(chain, q, qd, tau)
     _, d_id = jax.jvp(lambda q, qd: inverse_dynamics(chain, q, qd, qdd), (q, qd), (d_q, d_qd))
     rest = d_tau - d_id

@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from hrcjax.robot.body import Arm
 from hrcjax.robot.dynamics import forward_dynamics
@@ -52,7 +53,7 @@ def jit_for(backend: str, f: Callable[_P, _R], **options: Any) -> Callable[_P, _
 
     @wraps(f)
     def outermost(*args: _P.args, **kwargs: _P.kwargs) -> _R:
-        inner = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((args, kwargs)))
+        inner = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((args, kwargs)))
         return f(*args, **kwargs) if inner else compiled(*args, **kwargs)
 
     return outermost

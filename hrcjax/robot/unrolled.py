@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 
 from hrcjax.typing import Array
 
@@ -45,7 +46,7 @@ def cos_sin(angle: Array) -> tuple[Array, Array]:
 
 
 @cos_sin.defjvp
-def _cos_sin_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _cos_sin_jvp(primals: tuple[Array], tangents: tuple[ArrayLike]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     c, s = cos_sin(primals[0])
     return (c, s), (-s * tangents[0], c * tangents[0])
 

@@ -52,7 +52,7 @@ class Cell:
     """Steps of the arm's dynamics in a control period."""
     latency: float = 0.05
     """Time from the exposure of a frame to its use [s]."""
-    metric_stride: int = 5
+    metric_stride: int = 10
     """Exact distances for the metrics are computed at every so many ticks."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""

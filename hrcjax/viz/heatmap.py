@@ -74,8 +74,7 @@ def heat_maps(
     figure = new_figure(max(5.2, 2.5 * columns + 1.2), 2.35 * rows + 1.0)
     grid = as_row(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False))
     low, high = finite_range(values)
-    colours = colormaps[COLOUR_MAP].copy()
-    colours.set_bad(MISSING)
+    colours = colormaps[COLOUR_MAP].with_extremes(bad=MISSING)
     best = best_cell(values, better)
     mesh = None
     for i, axes in enumerate(grid):

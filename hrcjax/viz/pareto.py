@@ -25,12 +25,12 @@ def pareto_mask(values: Float[np.ndarray, "n k"], better: Sequence[str]) -> Bool
         raise ValueError(f"better is {list(better)!r}; accepted: 'low' or 'high' for each of {values.shape[1]} columns")
     cost = np.asarray(values, float) * np.array([1.0 if side == "low" else -1.0 for side in better])
     left = np.flatnonzero(np.isfinite(cost).all(axis=1))
-    left = left[np.argsort(cost[left].sum(axis=1), kind="stable")]  # likely members first: they remove most
+    left = left[np.lexsort(cost[left].T[::-1])]  # by the first column, then the second, ...
     front = np.zeros(len(cost), bool)
     while left.size:
         row = cost[left[0]]
         worse = np.all(cost[left] >= row, axis=1) & np.any(cost[left] > row, axis=1)
-        front[left[0]] = True  # nothing left has a smaller sum, and what beats a row has
+        front[left[0]] = True  # what beats a row comes before it in this order
         left = left[1:][~worse[1:]]
     return front
 

@@ -4,6 +4,7 @@ Each is made once for a scene, at a fixed rate, and can be jitted as a whole by 
 same motion.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -78,8 +79,8 @@ def reach_in(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 3
     shoulder = jnp.stack(
         [
             place[0] + sign * SHOULDER,
-            place[1] - np.sin(lean) * (TORSO - 0.05),
-            jnp.asarray(FLOOR_Z + HIP_HEIGHT + np.cos(lean) * (TORSO - 0.05), dtype),
+            place[1] - math.sin(lean) * (TORSO - 0.05),
+            jnp.asarray(FLOOR_Z + HIP_HEIGHT + math.cos(lean) * (TORSO - 0.05), dtype),
         ]
     )
     way = middle - shoulder

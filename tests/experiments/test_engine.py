@@ -74,8 +74,8 @@ def test_only_what_is_missing_is_computed_and_gives_the_same_numbers(tmp_path: P
     with open_store(tmp_path, "f", {"identity": {}}) as store:
         run_sweep(cell, grid(), store, 3, stream=io.StringIO())
         before = [gathered(store, "tool", 4, world) for world in (0, 1)]
-        (tmp_path / "chunks" / "world-001-chunk-00002.nc").unlink()
-        (tmp_path / "chunks" / "world-001-chunk-00003.nc").write_bytes(b"damaged")
+        (tmp_path / "chunks" / "world-001-chunk-00002.h5").unlink()
+        (tmp_path / "chunks" / "world-001-chunk-00003.h5").write_bytes(b"damaged")
         toy_cell.BUILT.clear()
         tally = run_sweep(cell, grid(), store, 3, stream=io.StringIO())
         assert (tally.computed, tally.resumed) == (4, 16)
@@ -86,7 +86,7 @@ def test_only_what_is_missing_is_computed_and_gives_the_same_numbers(tmp_path: P
         toy_cell.BUILT.clear()
         assert run_sweep(cell, grid(), store, 3, stream=io.StringIO()).computed == 0
         assert toy_cell.BUILT == []
-        (tmp_path / "chunks" / "world-000-about.nc").unlink()
+        (tmp_path / "chunks" / "world-000-about.h5").unlink()
         assert run_sweep(cell, grid(), store, 3, stream=io.StringIO()).computed == 0
         assert store.read("world-000-about") is not None
 
@@ -145,8 +145,9 @@ def test_worlds_that_cannot_be_built_are_named(tmp_path: Path) -> None:
         raise ValueError("a.bvh: line 3:\n no joints")
 
     labels = {"scene": "hri", "person": "a", "seed": 0}
-    with open_store(tmp_path, "f", {"identity": {}}) as store, pytest.raises(
-        UsageError, match="scene hri, person a: a.bvh: line 3: no joints"
+    with (
+        open_store(tmp_path, "f", {"identity": {}}) as store,
+        pytest.raises(UsageError, match="scene hri, person a: a.bvh: line 3: no joints"),
     ):
         run_sweep(problem(worlds=[(labels, build)]), grid(), store, 4, stream=io.StringIO())
 

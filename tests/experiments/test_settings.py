@@ -163,7 +163,11 @@ def test_samples_stay_inside_and_repeat_with_the_seed(count: int, seed: int) -> 
     one = make_settings(grid, ToyParams(), aliases=ALIASES, samples=count, sample_seed=seed)
     two = make_settings(grid, ToyParams(), aliases=ALIASES, samples=count, sample_seed=seed)
     assert (one.dims, one.shape) == (("sample",), (count,))
-    for name, (low, high) in {"potential.k_att": (0.001, 1), "potential.zeta": (2, 3), "field.speed": (0.7, 0.7)}.items():
+    for name, (low, high) in {
+        "potential.k_att": (0.001, 1),
+        "potential.zeta": (2, 3),
+        "field.speed": (0.7, 0.7),
+    }.items():
         assert ((one.values[name] >= low) & (one.values[name] <= high)).all()
         np.testing.assert_array_equal(one.values[name], two.values[name])
 
@@ -173,7 +177,9 @@ def test_samples_fill_each_axis_evenly_on_its_scale() -> None:
     decades = np.log10(sample.values["potential.k_att"])
     assert np.histogram(decades, bins=4, range=(-3, 0))[0].tolist() == [16] * 4
     assert np.histogram(sample.values["potential.zeta"], bins=4, range=(2, 3))[0].tolist() == [16] * 4
-    other = make_settings(["k_att=log:0.001:1", "zeta=lin:2:3"], ToyParams(), aliases=ALIASES, samples=64, sample_seed=1)
+    other = make_settings(
+        ["k_att=log:0.001:1", "zeta=lin:2:3"], ToyParams(), aliases=ALIASES, samples=64, sample_seed=1
+    )
     assert not np.array_equal(other.values["potential.zeta"], sample.values["potential.zeta"])
 
 

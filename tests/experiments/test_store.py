@@ -34,7 +34,7 @@ def test_arrays_come_back_as_they_were(tmp_path: Path) -> None:
 def test_damaged_chunks_count_as_absent(tmp_path: Path, damage: str) -> None:
     with open_store(tmp_path, "f", RECORD) as store:
         store.write("chunk", {"score": np.full(1000, np.float32(3.14159))})
-        path = tmp_path / "chunks" / "chunk.nc"
+        path = tmp_path / "chunks" / "chunk.h5"
         data = path.read_bytes()
         number = np.float32(3.14159).tobytes()
         at = data.index(number * 10) + 200
@@ -46,7 +46,7 @@ def test_damaged_chunks_count_as_absent(tmp_path: Path, damage: str) -> None:
             "renamed": data,
         }[damage]
         key = "chunk" if damage != "renamed" else "other"
-        (tmp_path / "chunks" / f"{key}.nc").write_bytes(changed)
+        (tmp_path / "chunks" / f"{key}.h5").write_bytes(changed)
         assert store.read(key) is None
 
 
@@ -61,14 +61,15 @@ def test_another_run_is_refused_and_the_difference_named(tmp_path: Path) -> None
     with open_store(tmp_path, "f", RECORD) as store:
         store.write("chunk", ARRAYS)
     other = {"identity": {"axes": {"a": [1, 3]}, "seed": [0]}}
-    with pytest.raises(UsageError, match=r"axes\.a is \[1, 2\] there, \[1, 3\] here.*--out, or --overwrite"), open_store(
-        tmp_path, "g", other
+    with (
+        pytest.raises(UsageError, match=r"axes\.a is \[1, 2\] there, \[1, 3\] here.*--out, or --overwrite"),
+        open_store(tmp_path, "g", other),
     ):
         pass
-    assert (tmp_path / "chunks" / "chunk.nc").exists()
+    assert (tmp_path / "chunks" / "chunk.h5").exists()
     with open_store(tmp_path, "g", other, overwrite=True) as store:
         assert store.read("chunk") is None
-    assert not (tmp_path / "chunks" / "chunk.nc").exists()
+    assert not (tmp_path / "chunks" / "chunk.h5").exists()
     assert json.loads((tmp_path / "config.json").read_text())["fingerprint"] == "g"
 
 

@@ -119,7 +119,7 @@ def test_damaged_chunk_is_computed_again(tmp_path: Path) -> None:
     assert run("--out", "r") == 0
     with open_run("r") as before:
         before.load()
-    chunk = tmp_path / "r" / "chunks" / "world-000-chunk-00001.nc"
+    chunk = tmp_path / "r" / "chunks" / "world-000-chunk-00001.h5"
     chunk.write_bytes(chunk.read_bytes()[:-100])
     assert run("--out", "r") == 0
     with open_run("r") as after:
@@ -136,12 +136,12 @@ def test_killed_run_resumes_to_the_same_numbers(tmp_path: Path, after: int) -> N
     )
     chunks = tmp_path / "r" / "chunks"
     begin = time.monotonic()
-    while len(list(chunks.glob("world-000-chunk-*.nc"))) < after:
+    while len(list(chunks.glob("world-000-chunk-*.h5"))) < after:
         assert time.monotonic() - begin < 120 and process.poll() is None
         time.sleep(0.005)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
-    left = len(list(chunks.glob("world-000-chunk-*.nc")))
+    left = len(list(chunks.glob("world-000-chunk-*.h5")))
     assert after <= left < 5 and not (tmp_path / "r" / "results.nc").exists()
     for seconds, folder in (("0", "r"), ("0", "whole")):
         environment = {**slow, "TOY_DELAY": seconds}
@@ -171,7 +171,7 @@ def test_full_disk_is_one_line_and_loses_nothing(
         assert run("--out", "r") == 1
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith("error: cannot write r/chunks/world-000-chunk-") and "No space left on device" in error
-    assert len(list((tmp_path / "r" / "chunks").glob("*chunk-*.nc"))) == 2
+    assert len(list((tmp_path / "r" / "chunks").glob("*chunk-*.h5"))) == 2
     assert run("--out", "r") == 0
     assert "of 24 settings are finished already" in capsys.readouterr().err
 

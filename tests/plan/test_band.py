@@ -3,7 +3,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.test_util import check_grads
 
-from hrcjax.plan.band import band_product, band_solve
+from hrcjax.plan import band
+
+band_solve, band_product = jax.jit(band.band_solve), jax.jit(band.band_product)
 
 
 def system(count, dtype=jnp.float64, seed=0):
@@ -40,6 +42,7 @@ def test_agrees_with_the_dense_solve(dtype):
 def test_derivatives_and_batches():
     args = system(5)
 
+    @jax.jit
     def solve(far, scale, b):
         return band_solve(args[0] * scale, args[1], far, b)
 

@@ -91,10 +91,10 @@ def test_random_chains_against_mujoco(joints):
 
 
 def test_random_states_one_chain_in_float32():
-    model = random_model(5, seed=3)
+    model = random_model(3, seed=3)
     chain = chain_from_mujoco(model)
     rng = np.random.default_rng(1)
-    q, qd, tau = (jnp.asarray(rng.normal(size=(100, 5)) * k, jnp.float32) for k in (2, 2, 20))
+    q, qd, tau = (jnp.asarray(rng.normal(size=(100, 3)) * k, jnp.float32) for k in (2, 2, 20))
     ref = mujoco_dynamics(model, q, qd, tau)
     out = all_of(chain)(q, qd, tau, jnp.asarray(ref["qdd"], jnp.float32))
     for name in ("M", "bias", "qdd"):
@@ -110,16 +110,19 @@ def test_derivatives_of_the_accelerations(ur5, pose, mode):
     q = jnp.asarray(SINGULAR[pose])
     qd = jnp.asarray([0.3, -1.0, 0.5, 0.2, -0.7, 1.1])
     tau = jnp.asarray([1.0, -20.0, 5.0, 0.3, 0.1, 0.01])
-    f = partial(forward_dynamics, ur5.chain)
+
+    def f(*args):  # check_grads hands NumPy arrays
+        return forward_dynamics(ur5.chain, *map(jnp.asarray, args))
+
     check_grads(f, (q, qd, tau), order=1, modes=(mode,), rtol=2e-3, eps=1e-6)
 
 
 def test_derivatives_against_those_of_a_general_solve():
     """With damping and armature, where neither is nought."""
-    model = random_model(4, seed=5)
+    model = random_model(3, seed=5)
     chain = chain_from_mujoco(model)
     rng = np.random.default_rng(2)
-    q, qd, tau = (jnp.asarray(rng.normal(size=4)) for _ in range(3))
+    q, qd, tau = (jnp.asarray(rng.normal(size=3)) for _ in range(3))
 
     def plain(q, qd, tau):
         drag = jnp.asarray(chain.damping) * qd
@@ -137,8 +140,8 @@ def test_second_derivative():
     chain = chain_from_mujoco(model)
     q, qd, tau = (jnp.asarray(v) for v in ([0.3, -0.2, 1.0], [1.0, 0.5, -0.4], [2.0, 1.0, 0.5]))
 
-    def f(q, qd):
-        return jnp.sum(jnp.sin(forward_dynamics(chain, q, qd, tau)))
+    def f(*args):
+        return jnp.sum(jnp.sin(forward_dynamics(chain, *map(jnp.asarray, args), tau)))
 
     check_grads(f, (q, qd), order=2, rtol=1e-3, eps=1e-5)
 
@@ -185,7 +188,7 @@ def test_wrong_shapes(ur5):
     }
     for name, call in calls.items():
         # the shape checker of the tests may speak before the function does
-        with pytest.raises(Exception, match=rf"{name} has shape|type-check"):
+        with pytest.raises(Exception, match=rf"{name} has shape|Type-check"):
             call()
     with pytest.raises(ValueError, match=r"q has shape \(5,\); accepted: \(6,\)"):
         forward_dynamics(ur5.chain, q[:5], q[:5], q[:5])

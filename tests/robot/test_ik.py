@@ -4,7 +4,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from jax.test_util import check_grads
 from quick import quick_jit
 from scipy.spatial.transform import Rotation
 
@@ -42,15 +41,19 @@ def test_rotation_error_derivative(angle):
         )
         return rotation_error(R, jnp.eye(3) + K)
 
-    J = jax.jacfwd(turned)(jnp.zeros(3))
+    J = quick_jit(jax.jacfwd(turned))(jnp.zeros(3))
     assert np.all(np.isfinite(J))
     if angle == 0.0:
         np.testing.assert_allclose(J, -np.eye(3), atol=1e-9)
     else:
-        check_grads(turned, (jnp.zeros(3),), order=1, rtol=1e-4)
+        f, h = quick_jit(turned), 1e-6
+        differences = [(f(h * e) - f(-h * e)) / (2 * h) for e in jnp.eye(3)]
+        np.testing.assert_allclose(J, np.stack(differences, axis=1), atol=1e-6)
+        np.testing.assert_allclose(quick_jit(jax.jacrev(turned))(jnp.zeros(3)), J, atol=1e-12)
 
 
-def test_round_trip(arm, dtype):
+def test_round_trip(ur5, dtype):
+    arm = ur5
     rng = np.random.default_rng(1)
     count = 64
     Q = rng.uniform(-2.5, 2.5, (count, 6))
@@ -101,10 +104,11 @@ def test_out_of_reach_says_so(ur5):
 
 def test_iterations_count(ur5):
     goal = tool_frame(ur5, jnp.asarray(ur5.home) + 0.4)
-    errors = [float(inverse_kinematics(ur5, *goal, jnp.asarray(ur5.home), iterations=n)[1]) for n in (0, 2, 30)]
-    assert errors[0] > errors[1] > errors[2]
+    errors = [float(inverse_kinematics(ur5, *goal, jnp.asarray(ur5.home), iterations=n)[1]) for n in (1, 4)]
+    assert errors[0] > 4 * errors[1]
 
 
+@pytest.mark.slow
 def test_gradient_is_finite_at_the_singular_arm(ur5):
     q = jnp.zeros(6)
 

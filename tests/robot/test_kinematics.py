@@ -42,12 +42,13 @@ def test_random_chains_against_mujoco(joints):
     chain = chain_from_mujoco(model)
     data = mujoco.MjData(model)
     links = (joints - 1, 0, 1)
-    f = quick_jit(lambda q, qd: (link_frames(chain, q), point_motion(chain, q, qd, links, OFFSETS[:3])))
     Q, QD = states(joints, 5)
-    for q, qd in zip(Q, QD, strict=True):
+    both = jax.vmap(lambda q, qd: (link_frames(chain, q), point_motion(chain, q, qd, links, OFFSETS[:3])))
+    out = both(jnp.asarray(Q), jnp.asarray(QD))
+    for k, (q, qd) in enumerate(zip(Q, QD, strict=True)):
         data.qpos[:], data.qvel[:] = q, qd
         mujoco.mj_forward(model, data)
-        (R, p), motion = f(jnp.asarray(q), jnp.asarray(qd))
+        (R, p), motion = jax.tree.map(lambda a, k=k: a[k], out)
         bodies = model.jnt_bodyid
         last = [i for i in range(joints) if i + 1 == joints or bodies[i + 1] != bodies[i]]
         for i in last:
@@ -115,7 +116,7 @@ def test_motion_is_differentiable_at_the_singular_arm(ur5, mode):
     q = jnp.zeros(6)  # stretched out, wrist axes in line
 
     def total(q, qd):
-        motion = point_motion(ur5.chain, q, qd, LINKS, OFFSETS)
+        motion = point_motion(ur5.chain, jnp.asarray(q), jnp.asarray(qd), LINKS, OFFSETS)
         return sum(jnp.sum(jnp.sin(leaf)) for leaf in jax.tree.leaves(motion))
 
     check_grads(total, (q, 0.3 + q), order=1, modes=(mode,), rtol=1e-4)

@@ -1,0 +1,89 @@
+"""Cells lie where their settings are, the best one is marked, gaps are grey."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hrcjax.viz.heatmap import GridAxis, best_cell, cell_edges, curve, heat_maps, sample_map
+from hrcjax.viz.style import MISSING
+
+X = GridAxis("k_att", np.array([0.01, 0.1, 1.0]), True)
+Y = GridAxis("k_rep", np.array([1.0, 2.0]), False, "m^2")
+PANEL = GridAxis("zeta", np.array([2.0, 4.0, 6.0, 8.0, 10.0]))
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.floats(0.01, 100), min_size=1, max_size=8, unique=True), st.booleans())
+def test_edges_enclose_their_values(values: list[float], log: bool) -> None:
+    centers = np.sort(np.array(values))
+    edges = cell_edges(centers, log)
+    assert len(edges) == len(centers) + 1
+    assert (edges[:-1] < centers).all() and (centers < edges[1:]).all()
+
+
+def test_edges_are_half_way_on_their_scale() -> None:
+    np.testing.assert_allclose(cell_edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(cell_edges(np.array([1.0, 100.0]), log=True), [0.1, 10.0, 1000.0])
+    np.testing.assert_allclose(cell_edges(np.array([4.0])), [2.0, 6.0])
+    np.testing.assert_allclose(cell_edges(np.array([0.0])), [-0.5, 0.5])
+
+
+def test_best_cell_skips_what_is_not_finite() -> None:
+    values = np.array([[3.0, np.nan], [1.0, np.inf]])
+    assert best_cell(values, "low") == (1, 0)
+    assert best_cell(values, "high") == (0, 0)
+    assert best_cell(values, "") is None
+    assert best_cell(np.full((2, 2), np.nan), "low") is None
+
+
+def test_maps_have_one_scale_and_each_value_in_its_cell() -> None:
+    values = np.arange(30.0).reshape(3, 2, 5)
+    values[0, 1, 2] = np.nan
+    figure, panels = heat_maps(values, X, Y, PANEL, "length", "m", "high", "toy")
+    assert len(panels) == 5
+    for i, axes in enumerate(panels):
+        mesh = axes.collections[0]
+        np.testing.assert_array_equal(np.ma.filled(mesh.get_array(), np.nan), values[:, :, i].T)
+        assert mesh.get_clim() == (0, 29)
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+        assert axes.get_title() == rf"$\zeta$ = {PANEL.values[i]:.3g}"
+    stars = [(i, line) for i, axes in enumerate(panels) for line in axes.lines]
+    assert [(i, line.get_xydata().tolist()) for i, line in stars] == [(4, [[1.0, 2.0]])]
+    assert panels[0].get_ylabel() == "$K_{rep}$" and panels[4].get_xlabel() == "$K_{att}$"
+    bar = figure.axes[-1]
+    assert bar.get_ylabel() == "length [m]"
+    assert "toy" in figure.get_suptitle() and "best" in figure.get_suptitle()
+    figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    bad = panels[2].collections[0].get_cmap().get_bad()
+    assert np.allclose(bad[:3], np.array([int(MISSING[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
+
+
+def test_maps_of_nothing_finite_still_draw() -> None:
+    figure, panels = heat_maps(np.full((3, 2, 1), np.nan), X, Y, GridAxis("", np.zeros(1)), "score", better="low")
+    figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    assert not panels[0].lines and "best" not in figure.get_suptitle()
+
+
+def test_curve_marks_its_best() -> None:
+    _, axes = curve(np.array([3.0, 1.0, 2.0]), X, "length", "m", "low")
+    assert axes.lines[1].get_xydata().tolist() == [[0.1, 1.0]]
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_xscale()) == ("$K_{att}$", "length [m]", "log")
+    _, again = curve(np.array([3.0, 1.0, 2.0]), X, "length", axes=axes)
+    assert again is axes
+
+
+def test_samples_that_failed_are_not_best() -> None:
+    x = GridAxis("a", np.array([1.0, 2.0, 3.0]))
+    y = GridAxis("b", np.array([4.0, 5.0, 6.0]), unit="m")
+    feasible = np.array([False, True, True])
+    _, axes = sample_map(np.array([9.0, 8.0, np.inf]), x, y, "score", better="high", feasible=feasible)
+    assert axes.lines[0].get_xydata().tolist() == [[2.0, 5.0]]
+    failed, good = axes.collections[:2]
+    assert len(failed.get_offsets()) == 2 and good.get_array().tolist() == [8.0]
+    assert axes.get_ylabel() == "b [m]"
+
+
+def test_wrong_shapes_are_refused() -> None:
+    with pytest.raises(Exception, match="heat_maps"):
+        heat_maps(np.zeros((3, 2)), X, Y, PANEL, "length")  # pyright: ignore[reportArgumentType]
