@@ -90,7 +90,7 @@ SENSE = SenseParams(voxel=0.05, least_count=4.0)
 """Fewer and surer points than the library's default: a pixel covers 1.5 cm here, a voxel some ten pixels."""
 EPISODE = 10.0
 """Length of an episode [s]."""
-QUICK_EPISODE = 6.0
+QUICK_EPISODE = 10.0
 """Length with --quick [s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""

@@ -14,8 +14,8 @@ T = TypeVar("T")
 
 def _plain(box: str) -> str:
     """The message inside the box that the parser prints, without its title and its excerpts of the help text."""
-    lines = [line.strip("│─ ") for line in box.splitlines() if not line.startswith(("╭", "╰"))]
-    words = " ".join(" ".join(lines).split())
+    lines = [line.strip("│╰╯ ") for line in box.strip().splitlines()[1:]]  # the first one is the title
+    words = " ".join(" ".join(line for line in lines if line.strip("─-")).split())
     message = words.split(" For full helptext")[0].split(" Argument helptext:")[0]
     message, _, meant = message.partition(" Perhaps you meant:")
     close = [word for word in meant.split() if word.startswith("--")]

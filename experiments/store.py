@@ -95,7 +95,7 @@ class RunStore:
             return None
         try:
             with h5py.File(path) as file:
-                arrays = {name: np.asarray(file[name]) for name in ([only] if only else file)}
+                arrays = {str(name): np.asarray(file[name]) for name in ([only] if only else file)}
                 attrs = dict(file.attrs)
         except Exception:  # whatever the bytes on the disk make the reader do
             return None

@@ -25,5 +25,7 @@ def shared_data() -> Path:
     """The folder of outside data (motions, RGB-D frames, models), read in place, or a skip with its reason."""
     folder = Path(os.environ.get("HRCJAX_DATA", Path(__file__).parents[2] / "shared" / "data"))
     if not folder.is_dir():
-        pytest.skip(f"outside data not found at {folder}; set HRCJAX_DATA to the folder that holds human_motion/ and rgbd/")
+        pytest.skip(
+            f"outside data not found at {folder}; set HRCJAX_DATA to the folder that holds human_motion/ and rgbd/"
+        )
     return folder

@@ -76,7 +76,7 @@ def run(repeat: int = 5) -> dict[str, dict[str, float | str]]:
     """
     arm = load_arm("ur5")
     # the compile time that counts is a cold one
-    cached = bool(jax.config.read("jax_enable_compilation_cache"))
+    cached = jax.config.jax_enable_compilation_cache
     jax.config.update("jax_enable_compilation_cache", False)
     try:
         calls: dict[tuple[str, int], tuple[Callable[[], Any], int]] = {("c", C_ARMS): (_rollout(arm), C_ARMS * C_STEPS)}

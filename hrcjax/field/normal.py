@@ -8,7 +8,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.field.closed_form import part
 from hrcjax.field.gp import GPField, log_occupancy
+from hrcjax.field.kernel import SQUARED_EXPONENTIAL
 from hrcjax.numerics import safe_divide
 from hrcjax.typing import Array, Bool, Float, Matrix3, Scalar, Vector3
 
@@ -26,8 +28,14 @@ class SurfaceNormal(eqx.Module):
 
 def occupancy_hessian(field: GPField, x: Vector3) -> Matrix3:
     """Hessian of the occupancy over the occupancy [1/m^2]: it has the eigenvectors of Hess o and does not underflow."""
-    g = jax.grad(log_occupancy, argnums=1)(field, x)
-    return jax.hessian(log_occupancy, argnums=1)(field, x) + g[:, None] * g[None, :]
+
+    def slope(at: Vector3) -> Vector3:
+        if field.kernel is SQUARED_EXPONENTIAL:
+            return -part(field, at).offset / field.length_scale**2
+        return jax.grad(log_occupancy, argnums=1)(field, at)
+
+    g = slope(x)
+    return jax.jacfwd(slope)(x) + g[:, None] * g[None, :]
 
 
 def surface_normal(field: GPField, x: Vector3, viewpoint: Vector3, least_planarity: Scalar = 0.9) -> SurfaceNormal:
@@ -52,5 +60,5 @@ def surface_normal(field: GPField, x: Vector3, viewpoint: Vector3, least_planari
     normal = jnp.where(jnp.sum(jax.lax.stop_gradient(normal) * (viewpoint - x)) < 0, -normal, normal)
     size = [jnp.abs(jnp.sum(vectors[:, j] * (H @ vectors[:, j]))) for j in range(3)]
     planarity = safe_divide(size[0], size[0] + size[1] + size[2])
-    ok = jnp.any(field.mask) & (values[0] < 0) & (planarity >= jnp.asarray(least_planarity, planarity.dtype))
+    ok = (values[0] < 0) & (planarity >= jnp.asarray(least_planarity, planarity.dtype))
     return SurfaceNormal(normal, planarity, ok)

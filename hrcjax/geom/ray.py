@@ -96,6 +96,6 @@ def ray_capsule(origin: Vector3, direction: Vector3, a: Vector3, b: Vector3, rad
     ball_c = jnp.where(at_a, oo, oo - 2 * ao + aa) - radius * radius
     ball = ball_b * ball_b - uu * ball_c
     t = jnp.where(beside, t, (-ball_b - safe_sqrt(ball)) / uu)
-    exists = radius >= 0
+    exists = jnp.asarray(radius) >= 0
     inside = exists & (capsule_point_distance(origin, a, b, radius) <= 0)
     return _first(inside, exists & meets & (beside | (ball >= 0)), t)

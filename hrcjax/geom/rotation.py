@@ -40,7 +40,9 @@ def rotation_vector(v: Vector3) -> Matrix3:
     small = square < 1e-4
     angle = safe_sqrt(jnp.where(small, 1, square))
     sine = jnp.where(small, 1 - square / 6 + square**2 / 120, jnp.sin(angle) / angle)  # sin t / t
-    versine = jnp.where(small, 0.5 - square / 24 + square**2 / 720, (1 - jnp.cos(angle)) / angle**2)  # (1 - cos t) / t^2
+    versine = jnp.where(
+        small, 0.5 - square / 24 + square**2 / 720, (1 - jnp.cos(angle)) / angle**2
+    )  # (1 - cos t) / t^2
     K = skew(v)
     return jnp.eye(3, dtype=v.dtype) + sine * K + versine * (K @ K)
 

@@ -11,7 +11,6 @@ import jax.numpy as jnp
 from hrcjax.typing import Array, Float
 
 
-
 def ldl_factor(rows: Sequence[Sequence[Array]]) -> tuple[list[list[Array]], list[Array]]:
     """Unit lower triangle L and diagonal D of A = L D L^T.
 

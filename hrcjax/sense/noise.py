@@ -34,9 +34,7 @@ def depth_deviation(depth: Float[Array, "*image"], params: NoiseParams) -> Float
     return depth * depth * (params.subpixel / (params.focal * params.baseline))
 
 
-def shadow(
-    depth: Float[Array, "height width"], camera: Camera, params: NoiseParams
-) -> Bool[Array, "height width"]:
+def shadow(depth: Float[Array, "height width"], camera: Camera, params: NoiseParams) -> Bool[Array, "height width"]:
     """True where the right imager does not see what the left one, the reference, does: left of near edges.
 
     Pixel u of depth Z is at u - f B / Z in the right image. It is hidden if a pixel to its right is there, or further

@@ -162,9 +162,7 @@ def sense_sequence(
     scene_image = render_scene(camera, scene)
     key_background, key_frames = jax.random.split(key)
     first = Capsules(robot.a[0], robot.b[0], robot.radius[0])
-    static, static_overflow = background(
-        camera, scene_image, first, key_background, params, capacity=static_capacity
-    )
+    static, static_overflow = background(camera, scene_image, first, key_background, params, capacity=static_capacity)
 
     def frame(item: tuple[Array, Capsules, PRNGKeyArray]) -> tuple[Cloud, Array, Array]:
         stamp, arm, frame_key = item

@@ -79,5 +79,3 @@ def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode
 
     final, record = jax.lax.scan(jax.checkpoint(one), initial_state(q_start), (index, age))
     return Episode(path, record, final)
-
-

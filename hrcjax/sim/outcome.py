@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import FAR, capsule_distance
 from hrcjax.metrics import EpisodeMetrics, episode_metrics
+from hrcjax.numerics import safe_norm
 from hrcjax.robot import arm_capsules
 from hrcjax.safety import separation_distance
 from hrcjax.sim.cell import Cell, World
@@ -67,8 +68,8 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     times = jnp.asarray(cell.times[::k], dtype)
     separation, obstacles = jax.vmap(lambda q, t: true_distances(cell, world, q, t))(record.q[::k], times)
     clearance = jnp.min(obstacles, axis=1)
-    closing = -jnp.gradient(separation, k * cell.dt)
-    tool_speed = jnp.linalg.norm(jnp.gradient(record.tool, cell.dt, axis=0), axis=1)
+    closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
+    tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
     protective = separation_distance(params.safety.ssm, jnp.maximum(record.approach[::k], 0.0))
     ideal = run.path.length / params.motion.speed + params.motion.speed / params.safety.clock.acceleration
     metrics = episode_metrics(

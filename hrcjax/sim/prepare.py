@@ -30,7 +30,9 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
     q, position_error, rotation_error = _reach(arm, x)
     if not (position_error < POSE_ERROR[0] and rotation_error < POSE_ERROR[1]):
         place = ", ".join(f"{v:.3f}" for v in np.asarray(x))
-        raise ValueError(f"the {arm.variant} can't reach ({place}) m with the tool down; nearest {position_error:.3f} m away")
+        raise ValueError(
+            f"the {arm.variant} can't reach ({place}) m with the tool down; nearest {position_error:.3f} m away"
+        )
     return q
 
 
@@ -40,7 +42,9 @@ def frame_stamps(cell: Cell, dtype: jnp.dtype) -> Float[Array, "frame"]:
     return jnp.asarray((np.arange(count) - FRAMES_BEFORE) / FRAME_RATE, dtype)
 
 
-def nominal_motion(q_start: Joints, q_goal: Joints, t: Float[Array, "frame"], duration: float) -> Float[Array, "frame joint"]:
+def nominal_motion(
+    q_start: Joints, q_goal: Joints, t: Float[Array, "frame"], duration: float
+) -> Float[Array, "frame joint"]:
     """A robot that goes straight in joint space from start to goal with minimum jerk: what the camera sees of it [rad].
 
     Sensing is shared by all settings of a world, so the robot in the picture is this one and not each setting's own.

@@ -196,5 +196,6 @@ def control_motion(cell: Cell, q: Joints, qd: Joints) -> tuple[PointMotion, Poin
     links = (*arm.control_links, *(arm.tool_link,) * 3)
     motion = point_motion(arm.chain, q, qd, links, cell.control_offsets)
     count = len(arm.control_links)
-    body, tool = (jax.tree.map(lambda a: a[part], motion) for part in (slice(None, count), slice(count, None)))
+    body = jax.tree.map(lambda a: a[:count], motion)
+    tool = jax.tree.map(lambda a: a[count:], motion)
     return body, tool

@@ -139,7 +139,9 @@ def stand_and_work(scene: Scene, seed: int = 0, duration: float = 8.0, rate: flo
     def pose_at(t: Float[Array, ""]) -> Pose:
         def hand(rate_hz: float, offset: float) -> Array:
             turn = 2 * np.pi * rate_hz * t + (phase + offset)
-            return jnp.stack([0.36 + 0.10 * jnp.sin(turn), 0.07 * jnp.cos(turn) - 0.04, 0.06 * jnp.sin(2 * turn) - 0.36])
+            return jnp.stack(
+                [0.36 + 0.10 * jnp.sin(turn), 0.07 * jnp.cos(turn) - 0.04, 0.06 * jnp.sin(2 * turn) - 0.36]
+            )
 
         return Pose(
             hip=place,

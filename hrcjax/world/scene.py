@@ -95,9 +95,7 @@ def capsules_obstacle_distances(scene: Scene, capsules: Capsules) -> Float[Array
 
     over_obstacles = jax.vmap(one, in_axes=(None, None, None, 0, 0, 0, 0))
     over_capsules = jax.vmap(over_obstacles, in_axes=(0, 0, 0, None, None, None, None))
-    distances = over_capsules(
-        capsules.a, capsules.b, capsules.radius, scene.kind, scene.center, scene.size, scene.yaw
-    )
+    distances = over_capsules(capsules.a, capsules.b, capsules.radius, scene.kind, scene.center, scene.size, scene.yaw)
     return jnp.where((capsules.radius >= 0)[:, None] & scene.mask, distances, FAR)
 
 

@@ -159,7 +159,7 @@ def test_broken_files_give_one_clear_line(tmp_path, text, what):
 
 
 def test_missing_unreadable_and_binary_files(tmp_path):
-    with pytest.raises(BvhError, match="no motion file at .*nowhere"):
+    with pytest.raises(BvhError, match=r"no motion file at .*nowhere"):
         read_bvh(tmp_path / "nowhere.bvh")
     with pytest.raises(BvhError, match="cannot be read"):
         read_bvh(tmp_path)

@@ -44,7 +44,7 @@ def test_chunks_fit_the_memory_and_hold_everything_once(count: int, memory: floa
 
 
 def test_memory_for_less_than_one_setting_is_refused() -> None:
-    with pytest.raises(UsageError, match="one setting needs about 2.5 MB"):
+    with pytest.raises(UsageError, match=r"one setting needs about 2\.5 MB"):
         chunk_size(10, 2.4, 2_500_000)
 
 
@@ -147,7 +147,7 @@ def test_worlds_that_cannot_be_built_are_named(tmp_path: Path) -> None:
     labels = {"scene": "hri", "person": "a", "seed": 0}
     with (
         open_store(tmp_path, "f", {"identity": {}}) as store,
-        pytest.raises(UsageError, match="scene hri, person a: a.bvh: line 3: no joints"),
+        pytest.raises(UsageError, match=r"scene hri, person a: a\.bvh: line 3: no joints"),
     ):
         run_sweep(problem(worlds=[(labels, build)]), grid(), store, 4, stream=io.StringIO())
 

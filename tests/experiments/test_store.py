@@ -82,7 +82,7 @@ def test_overwrite_of_the_same_run_resumes(tmp_path: Path) -> None:
 
 def test_damaged_config_is_refused(tmp_path: Path) -> None:
     (tmp_path / "config.json").write_text("{")
-    with pytest.raises(UsageError, match="config.json is damaged"), open_store(tmp_path, "f", RECORD):
+    with pytest.raises(UsageError, match=r"config\.json is damaged"), open_store(tmp_path, "f", RECORD):
         pass
 
 

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import toy_cell
@@ -215,7 +216,13 @@ def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
     def broken(*arguments: object) -> object:
         cell = build(*arguments)  # pyright: ignore[reportArgumentType]
         evaluate = cell.evaluate
-        spoil = lambda p, w: {**(out := evaluate(p, w)), "score": out["score"] / (p.potential.zeta > 3)}  # noqa: E731
+
+        def spoil(p, w):
+            return {
+                **(out := evaluate(p, w)),
+                "score": jnp.where(p.potential.zeta > 3, out["score"], jnp.inf),
+            }
+
         return type(cell)(**{**vars(cell), "evaluate": spoil})
 
     monkeypatch.setattr(toy_cell, "build_cell", broken)

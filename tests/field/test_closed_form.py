@@ -45,6 +45,7 @@ def test_single_precision():
     np.testing.assert_allclose(g, g64, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_gradient():
     """Second order through the closed form: query and length scale, forward and reverse, against differences."""
 

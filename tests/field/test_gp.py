@@ -226,6 +226,7 @@ def test_cancelled_sum_fails_closed():
     np.testing.assert_allclose(log_occupancy(kept, x), np.log(k @ [1.0, -0.5]), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["lumped", "cholesky"])
 @pytest.mark.parametrize("read", [distance, lambda f, x: distance_and_gradient(f, x)[0]], ids=["definition", "closed"])
 def test_derivative_by_params(solver, read):

@@ -3,9 +3,18 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from samples import cloud, plane, sphere
 
-from hrcjax.field import FieldParams, fit, occupancy_hessian, surface_normal
+from hrcjax.field import (
+    SQUARED_EXPONENTIAL,
+    FieldParams,
+    fit,
+    log_occupancy,
+    occupancy_hessian,
+    rational_quadratic,
+    surface_normal,
+)
 
 normal_at = jax.jit(surface_normal)
 
@@ -19,6 +28,15 @@ def test_eigenvalues_on_a_sphere():
     )
     want = np.asarray([-1 / scale**2 + 2 / R**2, -1 / R**2, -1 / R**2])
     np.testing.assert_allclose(np.linalg.eigvalsh(H), want, rtol=0.01)
+
+
+def test_same_as_autodiff_of_the_occupancy():
+    points = sphere(40, 0.1)
+    x = jnp.asarray([0.03, -0.02, 0.11])
+    for kernel in (SQUARED_EXPONENTIAL, rational_quadratic(75.0)):
+        field = fit(cloud(points), FieldParams(0.04), kernel)
+        want = jax.jit(jax.hessian(lambda at, f=field: jnp.exp(log_occupancy(f, at) - log_occupancy(f, x))))(x)
+        np.testing.assert_allclose(jax.jit(occupancy_hessian)(field, x), want, rtol=1e-8, atol=1e-6)
 
 
 def test_normal_and_planarity(dtype):
@@ -51,6 +69,7 @@ def test_refusal(dtype):
     assert not inside.ok
 
 
+@pytest.mark.slow
 def test_derivative():
     """By the query on a sphere; and finite on a plane, where the tangential eigenvalues coincide."""
     points = sphere(300, 0.15)

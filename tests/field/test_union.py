@@ -82,6 +82,7 @@ def test_far_part_does_not_underflow():
     np.testing.assert_allclose(g_moving[0], [0, -1, 0], atol=0.01)
 
 
+@pytest.mark.slow
 def test_reverse_mode_in_a_loop():
     """Gradient by length scale, weights and query through vmap of a scan, against differences."""
     static, moving = pair()
@@ -105,6 +106,7 @@ def test_reverse_mode_in_a_loop():
     start = (jnp.asarray(0.03), (static.weights, moving.weights), jnp.asarray(PLACES[:3]))
     rng = np.random.default_rng(0)
     way = jax.tree.map(lambda a: jnp.asarray(rng.normal(size=a.shape)) * 0.1, start)
+
     def shifted(h, a, b):
         return a + h * b
 

@@ -33,9 +33,7 @@ def _column_surface(radius, half, n=240):
     angle = np.linspace(0, 2 * np.pi, n)
     ring = np.stack([np.cos(angle), np.sin(angle)], -1)
     mantle = [np.column_stack([radius * ring, np.full(n, z)]) for z in np.linspace(-half, half, 80)]
-    caps = [
-        np.column_stack([r * ring, np.full(n, s * half)]) for r in np.linspace(0, radius, 40) for s in (-1, 1)
-    ]
+    caps = [np.column_stack([r * ring, np.full(n, s * half)]) for r in np.linspace(0, radius, 40) for s in (-1, 1)]
     return np.concatenate(mantle + caps)
 
 

@@ -1,4 +1,6 @@
+import itertools
 from functools import partial
+from itertools import pairwise
 
 import equinox as eqx
 import jax
@@ -128,8 +130,8 @@ def test_only_the_ratio_of_the_weights_counts(power):
 def test_more_weight_on_bending_bends_less_and_is_longer():
     results = [balls(params(3.0, omega2=w), CENTRE) for w in (1e-4, 1e-3, 1e-2, 1e-1)]
     energy, lengths = [float(r.bending_energy) for r in results], [float(r.length) for r in results]
-    assert all(b < a for a, b in zip(energy, energy[1:], strict=False))
-    assert all(b > a for a, b in zip(lengths, lengths[1:], strict=False))
+    assert all(b < a for a, b in itertools.pairwise(energy))
+    assert all(b > a for a, b in itertools.pairwise(lengths))
 
 
 @settings(max_examples=10, deadline=None)

@@ -90,7 +90,7 @@ def test_gradients_equal_finite_differences(kind, zeta):
     for name, x in at.items():
         h = 1e-5 * x
         difference = (value({**at, name: x + h}) - value({**at, name: x - h})) / (2 * h)
-        # relative to the derivative, or where it vanishes (the optimum forgets its guess) to the value over the parameter
+        # relative to the derivative or, where it vanishes (the optimum forgets its guess), to value over parameter
         bound = 1e-3 * np.abs(difference) + 1e-5 * size / x
         assert (np.abs(reverse[name] - difference) < bound).all(), (name, reverse[name], difference)
     assert float(reverse["zeta"][0]) > 1e-3 and float(reverse["omega2"][1]) < -1e-3

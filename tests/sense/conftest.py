@@ -1,4 +1,4 @@
-"""A small camera and a small scene with a person, shared by the tests of this folder."""
+"""A camera and a small scene with a person, shared by the tests of this folder."""
 
 import jax.numpy as jnp
 import pytest
@@ -23,7 +23,7 @@ def person(scene: Scene) -> Person:
 
 @pytest.fixture(scope="session")
 def camera() -> Camera:
-    return d435i(jnp.asarray([1.4, 0.15, 1.3], jnp.float32), jnp.asarray([0.4, 0.5, 0.1], jnp.float32), decimation=8)
+    return d435i(jnp.asarray([1.4, 0.15, 1.3], jnp.float32), jnp.asarray([0.4, 0.5, 0.1], jnp.float32), decimation=4)
 
 
 @pytest.fixture(scope="session")

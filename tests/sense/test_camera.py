@@ -15,7 +15,11 @@ from hrcjax.world.scenes import clutter, hri, robotica
 
 def _mujoco_depth(camera, scene, capsules):
     spec = mujoco.MjSpec()
-    kinds = {SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE, COLUMN: mujoco.mjtGeom.mjGEOM_CYLINDER, BOX: mujoco.mjtGeom.mjGEOM_BOX}
+    kinds = {
+        SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+        COLUMN: mujoco.mjtGeom.mjGEOM_CYLINDER,
+        BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    }
     for i in np.flatnonzero(scene.mask):
         kind, size, yaw = int(scene.kind[i]), np.asarray(scene.size[i], float), float(scene.yaw[i])
         size = [size[0], size[2], 0] if kind == COLUMN else size

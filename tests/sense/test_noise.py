@@ -79,7 +79,7 @@ def test_flying_pixels_are_between_and_at_edges_only():
     seen = edge & (measured > 0)
     assert flies.sum() / seen.sum() == pytest.approx(0.25, abs=0.08)
     between = measured[flies]
-    assert 0.6 <= between.min() and between.max() <= 1.8
+    assert between.min() >= 0.6 and between.max() <= 1.8
     assert between.min() < 0.8 and between.max() > 1.6  # over all of the gap
 
 

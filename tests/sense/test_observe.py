@@ -26,7 +26,7 @@ def _stack(arm, n=4):
 
 @pytest.fixture(scope="module")
 def frames(camera, scene, person, arm):
-    return _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(0), PARAMS, 96, 256)
+    return _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(0), PARAMS, 96, 512)
 
 
 def _to_person(person, t, x):
@@ -48,7 +48,7 @@ def test_static_points_lie_on_the_obstacles(frames, scene):
 
 
 def test_moving_points_lie_on_the_person(frames, person):
-    assert frames.moving.points.shape == (4, 256, 3) and frames.moving.mask.shape == (4, 256)
+    assert frames.moving.points.shape == (4, 512, 3) and frames.moving.mask.shape == (4, 512)
     np.testing.assert_array_equal(frames.stamp, STAMPS)
     assert np.asarray(frames.valid).all() and not np.asarray(frames.overflow).any()
     for k, t in enumerate(STAMPS):
@@ -65,7 +65,7 @@ def test_moving_points_lie_on_the_person(frames, person):
 
 def test_nobody_leaves_next_to_nothing(camera, scene, arm):
     empty = nobody(scene)
-    frames = _sense(camera, scene, empty, _stack(arm), STAMPS, jax.random.key(2), PARAMS, 96, 256)
+    frames = _sense(camera, scene, empty, _stack(arm), STAMPS, jax.random.key(2), PARAMS, 96, 512)
     assert int(frames.moving.mask.sum(axis=1).max()) <= 2
     assert np.asarray(frames.valid).all()
 
@@ -81,35 +81,37 @@ def test_overflow_keeps_the_nearest_to_the_robot(camera, scene, person, arm, fra
 
 def test_blind_camera_is_not_an_empty_cell(camera, scene, person, arm):
     near = eqx.tree_at(lambda p: p.noise, PARAMS, NoiseParams(far=0.5))
-    frames = _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(0), near, 96, 256)
+    frames = _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(0), near, 96, 512)
     assert not np.asarray(frames.valid).any()
     assert not np.asarray(frames.moving.mask).any()
 
 
 def test_threshold_crop_and_body(camera, scene, person, arm):
     image = render_scene(camera, scene)
-    lower, upper = crop_box(PARAMS, jnp.float32)
+    lower, upper = crop_box(PARAMS, jnp.dtype("float32"))
     np.testing.assert_allclose(lower, [-2, -2, 0.03])
     np.testing.assert_allclose(upper, [2, 2, 1.3])
     depth = render_capsules(camera, arm, render_capsules(camera, person_at(person, 4.0), image))
     cloud = points_of(camera, depth, arm, PARAMS)
     points = cloud.points[np.asarray(cloud.mask)]
     assert (points[:, 2] >= 0.03).all()
-    on_arm = jax.vmap(lambda x: jnp.min(jax.vmap(point_segment_distance, in_axes=(None, 0, 0))(x, arm.a, arm.b)))(points)
+    on_arm = jax.vmap(lambda x: jnp.min(jax.vmap(point_segment_distance, in_axes=(None, 0, 0))(x, arm.a, arm.b)))(
+        points
+    )
     assert float(np.min(on_arm)) > 1.1 * 0.06 + 0.05 - 1e-5
     static, _ = background(camera, image, arm, jax.random.key(0), PARAMS, capacity=96)
-    moving, _ = moving_points(camera, depth, arm, static, PARAMS, 256)
+    moving, _ = moving_points(camera, depth, arm, static, PARAMS, 512)
     x = moving.points[np.asarray(moving.mask)]
     truth = np.asarray(jax.vmap(lambda p: scene_distance(scene, p, table=False))(x))
     assert truth.min() > 0.02  # none of the obstacles moves
-    wide, _ = moving_points(camera, depth, arm, static, SenseParams(threshold=0.3), 256)
+    wide, _ = moving_points(camera, depth, arm, static, SenseParams(threshold=0.3), 512)
     assert int(wide.mask.sum()) < int(moving.mask.sum())
 
 
 def test_frames_repeat_differ_by_key_and_check_their_count(camera, scene, person, arm, frames):
-    again = _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(0), PARAMS, 96, 256)
+    again = _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(0), PARAMS, 96, 512)
     np.testing.assert_array_equal(again.moving.points, frames.moving.points)
-    other = _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(5), PARAMS, 96, 256)
+    other = _sense(camera, scene, person, _stack(arm), STAMPS, jax.random.key(5), PARAMS, 96, 512)
     assert not np.array_equal(other.moving.points, frames.moving.points)
     with pytest.raises(ValueError, match="3 poses of the arm for 4 stamps"):
         sense_sequence(camera, scene, person, _stack(arm, 3), STAMPS, jax.random.key(0), PARAMS)

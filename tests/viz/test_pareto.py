@@ -10,6 +10,8 @@ from matplotlib.colors import to_hex
 from hrcjax.viz.pareto import pareto_figure, pareto_mask
 from hrcjax.viz.style import INFEASIBLE
 
+NAMES = ["length", "bending_energy", "clearance"]
+
 
 def by_definition(values: np.ndarray, better: tuple[str, ...]) -> list[bool]:
     """Row by row, in plain words."""

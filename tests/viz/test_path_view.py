@@ -109,9 +109,9 @@ def test_plan_shows_what_exists_and_nothing_else() -> None:
 def test_window_holds_paths_and_obstacles_but_not_all_of_the_person() -> None:
     low, high = _window([PATH], OBSTACLES, START, GOAL, None)
     np.testing.assert_allclose(low, [0.1 - 0.12, 0.17 - 0.12, 0.0])
-    np.testing.assert_allclose(high, [0.72, 0.82, 0.52])
+    np.testing.assert_allclose(high, [0.82, 0.82, 0.52])
     _, wide = _window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
-    np.testing.assert_allclose(wide, [0.72 + 0.35, 0.82 + 0.3, 0.52 + 0.5])
+    np.testing.assert_allclose(wide, [0.82 + 0.35, 0.82 + 0.3, 0.52 + 0.5])
 
 
 def test_views_in_three_dimensions_draw_without_person_and_obstacles() -> None:

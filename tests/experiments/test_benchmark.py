@@ -1,0 +1,78 @@
+"""Sections are found, shown and merged; mistakes get one line."""
+
+import json
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+from experiments.benchmark import SECTIONS, main, table
+
+ROWS = {"arm steps": {"value": 1234567.8, "unit": "steps/s"}, "ratio": {"value": 2.345, "unit": "x mjx"}}
+
+
+@pytest.fixture(autouse=True)
+def sections(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in SECTIONS:
+        module = types.ModuleType(name)
+        module.run = lambda name=name: {**ROWS, name: {"value": 1, "unit": "s"}}  # pyright: ignore[reportAttributeAccessIssue]
+        monkeypatch.setitem(sys.modules, f"experiments.benchmarks.{name}", module)
+
+
+def test_table_is_aligned() -> None:
+    lines = table("arm", ROWS).splitlines()
+    assert lines == ["arm      ", "arm steps     1,234,568  steps/s", "ratio              2.35  x mjx"]
+
+
+def test_rows_are_merged_into_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "b.json"
+    file.write_text(json.dumps({"arm": {"old": {"value": 1, "unit": "s"}}, "other": {}}))
+    assert main(["arm", "--json", str(file)]) == 0
+    found = json.loads(file.read_text())
+    assert list(found) == ["arm", "other"] and "old" not in found["arm"]
+    assert found["arm"]["ratio"] == {"value": 2.345, "unit": "x mjx"}
+    assert "1,234,568  steps/s" in capsys.readouterr().out
+    assert main(["all", "--json", str(file)]) == 0
+    assert set(json.loads(file.read_text())) == {*SECTIONS, "other"}
+
+
+def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["grad"]) == 0
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["legs"], "no section 'legs'; accepted: arm, field, grad, sweep, all"),
+        ([], "Missing from python -m experiments.benchmark"),
+        (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
+        (["arm", "--json", "none/b.json"], "no folder none"),
+        (["arm", "--json", "broken.json"], "cannot be read as JSON"),
+        (["arm", "--json", "list.json"], "holds no benchmark sections"),
+    ],
+)
+def test_mistakes_get_one_line(
+    options: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.json").write_text("{")
+    (tmp_path / "list.json").write_text("[]")
+    assert main(options) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ") and message in error and error.count("\n") == 1
+
+
+def test_a_section_that_is_not_there(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def absent(name: str) -> None:
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+    monkeypatch.setattr("experiments.benchmark.importlib.import_module", absent)
+    assert main(["arm"]) == 2
+    assert "section arm has no module experiments.benchmarks.arm" in capsys.readouterr().err

@@ -1,0 +1,33 @@
+"""One small world, sensed once: a coarse camera, a short episode, the person standing in the way from the start."""
+
+import jax
+import jax.numpy as jnp
+import pytest
+
+from hrcjax.plan import PlanSizes
+from hrcjax.robot import load_arm, with_tool
+from hrcjax.sense import SenseParams, cell_camera
+from hrcjax.sim import Cell, World, make_world
+from hrcjax.world import motion_named, scene_named
+
+
+@pytest.fixture(scope="session")
+def cell() -> Cell:
+    arm = with_tool(load_arm("ur5"), 0.12, 0.03)
+    return Cell(arm=arm, ticks=60, substeps=2, sizes=PlanSizes(steps=100, waypoints=24, iterations=10))
+
+
+@pytest.fixture(scope="session")
+def world(cell: Cell) -> World:
+    scene = scene_named("robotica", 0)
+    person = jax.jit(lambda: motion_named("stand_and_work", scene, 0, 2.0, 30.0))()
+    camera = cell_camera(scene, decimation=8)
+    params = SenseParams(voxel=0.08, least_count=1.0)
+    return make_world(cell, scene, person, camera, jax.random.key(0), params)
+
+
+@pytest.fixture(scope="session")
+def float_params() -> object:
+    from hrcjax.sim import Params
+
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())

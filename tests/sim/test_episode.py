@@ -1,0 +1,70 @@
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.safety import OLD_DATA
+from hrcjax.sim import episode, fit_fields, outcome
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def program(cell):
+    def run(params, world):
+        ran = episode(params, cell, world, fit_fields(params.field, world.frames))
+        return ran, outcome(params, cell, world, ran)
+
+    return jax.jit(run)
+
+
+@pytest.fixture(scope="module")
+def seen(program, float_params, world):
+    return program(float_params, world)
+
+
+def test_everything_is_finite_and_the_arm_moves_towards_the_goal(seen, world):
+    run, kept = seen
+    assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves((run.record, kept)))
+    ends = np.linalg.norm(np.asarray(run.record.tool)[[0, -1]] - np.asarray(world.scene.goal), axis=1)
+    assert ends[1] < ends[0]
+    np.testing.assert_allclose(run.record.tool[0], world.scene.start, atol=2e-3)
+
+
+def test_joint_limits_hold(seen, cell):
+    record = seen[0].record
+    assert np.all(np.abs(record.qd) <= cell.arm.qd_max + 1e-4)
+    assert np.all(np.abs(record.qdd) <= cell.arm.qdd_max + 1e-3)
+    assert np.all(np.abs(record.tau) <= cell.arm.tau_max + 1e-3)
+
+
+def test_the_servo_does_what_was_commanded(seen, cell):
+    record = seen[0].record
+    asked = np.asarray(record.qd[:-1] + cell.dt * record.qdd[:-1])
+    np.testing.assert_allclose(record.qd[1:], asked, atol=2e-3)
+
+
+def test_old_data_stops_the_arm(program, float_params, world):
+    frames = dataclasses.replace(world.frames, valid=jnp.arange(world.frames.stamp.shape[0]) < 4)
+    run, _ = program(float_params, eqx.tree_at(lambda w: w.frames, world, frames))
+    reasons = np.asarray(run.record.reasons)
+    assert reasons[5] & OLD_DATA == 0
+    assert np.all(reasons[-20:] & OLD_DATA)
+    assert np.abs(run.record.qd[-1]).max() < 0.01, "the arm must stand still when nothing is known of the person"
+
+
+def test_no_data_at_all_means_the_arm_never_moves(program, float_params, world):
+    frames = dataclasses.replace(world.frames, valid=jnp.zeros_like(world.frames.valid))
+    run, _ = program(float_params, eqx.tree_at(lambda w: w.frames, world, frames))
+    assert np.abs(run.record.qd).max() < 1e-3
+
+
+def test_a_command_that_is_not_finite_is_named_and_the_arm_holds(program, float_params, world):
+    broken = eqx.tree_at(lambda p: p.policy.target.kp, float_params, jnp.asarray(jnp.nan, jnp.float32))
+    run, _ = program(broken, world)
+    assert np.all(np.asarray(run.record.status) & 1)
+    assert np.isfinite(run.record.q).all()
+    assert np.abs(run.record.qd).max() < 1e-3
