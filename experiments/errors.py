@@ -24,7 +24,7 @@ def exit_status(program: Callable[[], int]) -> int:
     """Runs a program; turns what a user can mend into one line on stderr and an exit status that is not 0.
 
     0: done. 1: results could not be written. 2: wrong options. 3: done, but some results are not finite.
-    130: stopped from the keyboard. 141: nobody reads the output. The environment variable HRCJAX_DEBUG=1 shows tracebacks.
+    130: stopped from the keyboard. 141: nobody reads the output. With HRCJAX_DEBUG=1 in the environment, tracebacks.
     """
     if os.environ.get("HRCJAX_DEBUG") == "1":
         return program()

@@ -60,9 +60,30 @@ def path_curve(waypoints: Float[Array, "waypoint 3"]) -> PathCurve:
     p, q = waypoints[:-1], waypoints[1:]
     m, n = second[:-1], second[1:]
     coefficients = jnp.stack([p, q - p - (2 * m + n) / 6, m / 2, (n - m) / 6], axis=1)
+    return PathCurve(coefficients, jnp.sum(_segment_lengths(coefficients)))
+
+
+def equally_spaced(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "waypoint 3"]:
+    """As many points on the smooth curve through nearly equally spaced waypoints, at more nearly equal lengths of it [m].
+
+    Raises:
+        ValueError: fewer than 3 waypoints.
+    """
+    coefficients = path_curve(waypoints).coefficients
+    lengths = _segment_lengths(coefficients)
+    ends = jnp.cumsum(lengths)
+    at = ends[-1] * jnp.linspace(0, 1, waypoints.shape[0], dtype=waypoints.dtype)[1:-1]
+    index = jnp.minimum(jnp.sum(ends[None, :] <= at[:, None], axis=1), lengths.shape[0] - 1)
+    t = safe_divide(at - (ends[index] - lengths[index]), lengths[index])[:, None]
+    c = coefficients[index]
+    inner = c[:, 0] + t * (c[:, 1] + t * (c[:, 2] + t * c[:, 3]))
+    return jnp.concatenate([waypoints[:1], inner, waypoints[-1:]])
+
+
+def _segment_lengths(coefficients: Float[Array, "segment 4 3"]) -> Float[Array, "segment"]:
     c1, c2, c3 = coefficients[:, 1], coefficients[:, 2], coefficients[:, 3]
-    total = sum(weight * jnp.sum(safe_norm(c1 + 2 * t * c2 + 3 * t * t * c3)) for t, weight in _GAUSS)
-    return PathCurve(coefficients, jnp.asarray(total))
+    speeds = [weight * safe_norm(c1 + 2 * t * c2 + 3 * t * t * c3) for t, weight in _GAUSS]
+    return speeds[0] + speeds[1] + speeds[2]
 
 
 def _second_derivatives(count: int) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from hrcjax.numerics import safe_sqrt
 from hrcjax.plan.band import band_solve
 from hrcjax.plan.bending_energy import bending_energy
-from hrcjax.plan.curve import path_curve
+from hrcjax.plan.curve import equally_spaced, path_curve
 from hrcjax.plan.length import length
 from hrcjax.plan.params import PlanParams
 from hrcjax.plan.potential import DistancesFn
@@ -221,7 +221,7 @@ def optimise_path(
     ramp = jnp.minimum(jnp.linspace(0, 1.25, iterations * _MOVES, dtype=dtype), 1)
     softness = (first * (last / first) ** ramp).reshape(iterations, _MOVES)
     result, _ = jax.lax.scan(jax.checkpoint(iterate), guess, softness)
-    return judge(params, result, distances, radius, lower, upper, reached)
+    return judge(params, equally_spaced(result), distances, radius, lower, upper, reached)
 
 
 def judge(

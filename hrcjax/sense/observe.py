@@ -108,7 +108,7 @@ def background(
         capacity: places of the cloud.
     """
     exact = render_capsules(camera, robot, scene_image)
-    images = jax.vmap(lambda k: measure(exact, camera, k, params.noise))(jax.random.split(key, frames))
+    images = jax.lax.map(lambda k: measure(exact, camera, k, params.noise), jax.random.split(key, frames))
     valid = valid_depth(images)
     count = jnp.sum(valid, axis=0)
     ordered = jnp.sort(jnp.where(valid, images, jnp.inf), axis=0)  # those without a depth come last

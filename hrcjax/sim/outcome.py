@@ -70,7 +70,7 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     clearance = jnp.min(obstacles, axis=1)
     closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
     tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
-    protective = separation_distance(params.safety.ssm, jnp.maximum(record.approach[::k], 0.0))
+    protective = jax.vmap(lambda v: separation_distance(params.safety.ssm, v))(jnp.maximum(record.approach[::k], 0.0))
     ideal = run.path.length / params.motion.speed + params.motion.speed / params.safety.clock.acceleration
     metrics = episode_metrics(
         dt=cell.dt,

@@ -29,6 +29,7 @@ def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The toy cell in place of the real one, in an empty folder."""
     monkeypatch.setitem(sys.modules, "experiments.cell", toy_cell)
     monkeypatch.setattr(experiments, "cell", toy_cell, raising=False)
+    monkeypatch.setattr("experiments.sweep.code_digest", lambda: "toy")  # somebody may edit the package meanwhile
     monkeypatch.chdir(tmp_path)
 
 

@@ -226,6 +226,17 @@ def test_cancelled_sum_fails_closed():
     np.testing.assert_allclose(log_occupancy(kept, x), np.log(k @ [1.0, -0.5]), rtol=1e-12)
 
 
+@pytest.mark.parametrize(("second", "trusted"), [(-0.99, True), (-0.999, False), (-1.0005, False)])
+def test_trust_in_a_signed_sum(second, trusted):
+    """Two points in one place, so that the sum is 1 + second and the absolute one 1 - second times the kernel."""
+    weights = jnp.asarray([1.0, second])
+    field = GPField(jnp.zeros((2, 3)), weights, jnp.ones(2, bool), jnp.asarray(0.03))
+    x = jnp.asarray([0.0, 0.06, 0.0])
+    want = np.log(1 + second if trusted else 1 - second) - 2.0
+    np.testing.assert_allclose(log_occupancy(field, x), want, rtol=1e-9)
+    np.testing.assert_allclose(distance_and_gradient(field, x)[0], distance(field, x), rtol=1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("solver", ["lumped", "cholesky"])
 @pytest.mark.parametrize("read", [distance, lambda f, x: distance_and_gradient(f, x)[0]], ids=["definition", "closed"])

@@ -6,6 +6,7 @@ from scipy.interpolate import CubicSpline
 
 from hrcjax.plan import path_curve as path_curve_
 from hrcjax.plan import resample as resample_
+from hrcjax.plan.curve import equally_spaced
 
 path_curve, resample = jax.jit(path_curve_), jax.jit(resample_, static_argnums=1)
 point = jax.jit(lambda c, s: c.point(s))
@@ -50,6 +51,17 @@ def test_tangent_and_curvature_are_derivatives_and_ends_hold():
     np.testing.assert_allclose(point(curve, -1.0), ARC[0], atol=1e-12)
     np.testing.assert_allclose(point(curve, curve.length + 1), ARC[-1], atol=1e-12)
     np.testing.assert_allclose(curvature(curve, curve.length), 0, atol=1e-9)
+
+
+def test_equal_spacing_slides_points_along_the_curve():
+    uneven = T + 0.03 * np.sin(3 * T) * T * (2 - T)
+    w = jnp.asarray(np.stack([0.4 * np.cos(uneven), 0.4 * np.sin(uneven), 0 * T], axis=1))
+    out = np.asarray(jax.jit(equally_spaced)(w))
+    steps = np.linalg.norm(np.diff(out, axis=0), axis=1)
+    before = np.linalg.norm(np.diff(w, axis=0), axis=1)
+    assert before.std() / before.mean() > 0.05 and steps.std() / steps.mean() < 0.005
+    np.testing.assert_allclose(np.linalg.norm(out, axis=1), 0.4, rtol=5e-5)
+    np.testing.assert_array_equal(out[[0, -1]], w[jnp.asarray([0, -1])])
 
 
 def test_coincident_waypoints_are_finite():

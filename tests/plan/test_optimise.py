@@ -1,6 +1,5 @@
 import itertools
 from functools import partial
-from itertools import pairwise
 
 import equinox as eqx
 import jax
@@ -55,7 +54,7 @@ CENTRE = (START + GOAL) / 2 + np.array([0.01, 0.02, -0.01])
 def test_shortest_path_round_a_ball(zeta):
     result = balls(params(zeta, omega2=1e-6), CENTRE)
     np.testing.assert_allclose(result.length, round_a_ball(START, GOAL, CENTRE, zeta * 0.03), rtol=4e-4)
-    np.testing.assert_allclose(result.clearance, (zeta - 1) * 0.03, atol=2e-4)
+    np.testing.assert_allclose(result.clearance, (zeta - 1) * 0.03, atol=4e-4)
     assert int(result.status) == 7
 
 
@@ -98,7 +97,7 @@ def cost_length(curve, fine):
 def test_waypoints_are_equally_spaced_and_ends_stay():
     result = balls(params(4.0, omega2=1e-3), CENTRE)
     steps = np.linalg.norm(np.diff(result.waypoints, axis=0), axis=1)
-    assert steps.std() / steps.mean() < 0.01
+    assert steps.std() / steps.mean() < 2e-3
     np.testing.assert_array_equal(result.waypoints[0], START)
     np.testing.assert_array_equal(result.waypoints[-1], GOAL)
 
@@ -116,8 +115,8 @@ def test_moving_the_scene_moves_the_path(seed):
     turn, shift = np.linalg.qr(draw.normal(size=(3, 3)))[0], draw.normal(size=3)
     base = balls(params(4.0), PRINTED)
     moved = balls(params(4.0), PRINTED @ turn.T + shift, start=turn @ START + shift, goal=turn @ GOAL + shift)
-    np.testing.assert_allclose(moved.waypoints, base.waypoints @ turn.T + shift, atol=1e-7)
-    np.testing.assert_allclose(moved.bending_energy, base.bending_energy, rtol=1e-5)
+    np.testing.assert_allclose(moved.waypoints, base.waypoints @ turn.T + shift, atol=2e-6)
+    np.testing.assert_allclose(moved.bending_energy, base.bending_energy, rtol=1e-4)
 
 
 @settings(max_examples=10, deadline=None)
