@@ -29,7 +29,7 @@ from hrcjax.viz import (
 )
 from hrcjax.viz.style import BEST, PLAN, WORST
 
-POSES = 4
+POSES = 3
 """Poses of the person in the views of paths."""
 
 
@@ -67,11 +67,12 @@ def metric_figure(results: xr.Dataset, name: str) -> Figure:
     best = select(results, int(ranking(results, str(results.attrs["rank"]))[0]))
     wide = [str(dim) for dim in variable.dims if results.sizes[dim] > 1]
     fixed = [str(dim) for dim in variable.dims if str(dim) not in wide[:3]]
-    variable = variable.sel({dim: best[dim].item() for dim in fixed})
+    failed = (results.status != 0).any(WORLD_DIMS)
+    variable, failed = (part.sel({dim: best[dim].item() for dim in fixed}) for part in (variable, failed))
     if len(wide) > 3:
         title += " at " + ", ".join(f"{dim} = {best[dim].item():.3g}" for dim in wide[3:])
     ordered = [results[dim].argsort().values for dim in wide[:3]]
-    variable = variable.isel(dict(zip(wide, ordered, strict=False)))
+    variable, failed = (part.isel(dict(zip(wide, ordered, strict=False))) for part in (variable, failed))
     axes = [_axis(results, dim) for dim in wide[:3]]
     axes = [axis._replace(values=axis.values[at]) for axis, at in zip(axes, ordered, strict=True)]
     if not wide:
@@ -79,9 +80,10 @@ def metric_figure(results: xr.Dataset, name: str) -> Figure:
         return curve(np.atleast_1d(variable.values), only, *about, title)[0]
     if len(wide) == 1:
         return curve(variable.values, axes[0], *about, title)[0]
-    values = variable.transpose(*wide[:3]).values
     panel = axes[2] if len(axes) > 2 else GridAxis("", np.zeros(1))
-    return heat_maps(values.reshape(*values.shape[:2], -1), axes[0], axes[1], panel, *about, title)[0]
+    values, bad = (part.transpose(*wide[:3]).values for part in (variable, failed))
+    values, bad = (part.reshape(*part.shape[:2], -1) for part in (values, bad))
+    return heat_maps(values, axes[0], axes[1], panel, *about, title, bad)[0]
 
 
 def best_and_worst(results: xr.Dataset, by: str) -> dict[str, int]:

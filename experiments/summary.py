@@ -46,7 +46,7 @@ def select(results: xr.Dataset, setting: int, dims: tuple[str, ...] | None = Non
     return results.isel(dict(zip(dims, (int(i) for i in at), strict=True)))
 
 
-def best_table(results: xr.Dataset, by: str, rows: int = 5, columns: int = 7) -> str:
+def best_table(results: xr.Dataset, by: str, rows: int = 5, columns: int = 5) -> str:
     """The best settings as aligned text; metrics are means over all worlds."""
     names = list(dict.fromkeys([by, *trade_off(results), *metric_names(results)]))[:columns]
     axes = axis_labels(results)

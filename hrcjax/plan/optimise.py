@@ -50,7 +50,7 @@ class PathResult(eqx.Module):
     """Whether the curve stays within the bounds."""
 
     @property
-    def status(self) -> Int[Array, ""]:
+    def status(self) -> Int[Array, "*batch"]:
         """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is
         success."""
         bits = [self.reached, self.clear, self.inside]

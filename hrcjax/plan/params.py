@@ -68,7 +68,7 @@ class PlanSizes:
     """Steps of the descent; the paper takes 30 in a second."""
     waypoints: int = 48
     """Waypoints of the path, start and goal among them."""
-    iterations: int = 12
+    iterations: int = 10
     """Iterations of the path optimiser; in each the obstacles are looked at once, and the path moved twice."""
 
     def __post_init__(self) -> None:

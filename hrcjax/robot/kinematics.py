@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -92,22 +92,23 @@ def _check(chain: Chain, q: Joints, links: Sequence[int], offsets: np.ndarray) -
         raise ValueError(f"offsets have shape {offsets.shape}; accepted: ({len(links)}, 3), one row per link named")
 
 
-def _arms(
-    chain: Chain, frames: Sequence[_Frame], links: Sequence[int], offsets: np.ndarray
-) -> tuple[list[Vector], list[Vector]]:
-    """From the origin of the joint frame to each point, in world axes, and the points."""
-    arms: list[Vector] = []
-    points: list[Vector] = []
-    for link, offset in zip(links, np.asarray(offsets, np.float64), strict=True):
-        if link < 0:
-            arms.append(constant_vector(offset))
-            points.append(constant_vector(offset))
-            continue
-        local = chain.link_pos[link] + chain.link_rotation[link] @ offset
-        arm = apply(frames[link].R, constant_vector(local))
-        arms.append(arm)
-        points.append(add(frames[link].o, arm))
-    return arms, points
+def _in_joint_frames(chain: Chain, links: Sequence[int], offsets: np.ndarray) -> np.ndarray:
+    """Places of points in the joint frames of their links, (point 3) [m]; those of the world as they are."""
+    return np.array(
+        [
+            chain.link_pos[link] + chain.link_rotation[link] @ offset if link >= 0 else offset
+            for link, offset in zip(links, np.asarray(offsets, np.float64), strict=True)
+        ]
+    )
+
+
+def _points(chain: Chain, frames: Sequence[_Frame], links: Sequence[int], offsets: np.ndarray) -> list[Vector]:
+    """The points in the world."""
+    local = [constant_vector(at) for at in _in_joint_frames(chain, links, offsets)]
+    return [
+        at if link < 0 else add(frames[link].o, apply(frames[link].R, at))
+        for link, at in zip(links, local, strict=True)
+    ]
 
 
 def _jacobians(frames: Sequence[_Frame], links: Sequence[int], points: Sequence[Vector], size: int) -> list[Number]:
@@ -157,7 +158,7 @@ def points_on_links(chain: Chain, q: Joints, links: Sequence[int], offsets: np.n
     """
     _check(chain, q, links, offsets)
     frames = _joint_frames(chain, q, max(links, default=-1) + 1)
-    _, points = _arms(chain, frames, links, offsets)
+    points = _points(chain, frames, links, offsets)
     return as_array([x for v in points for x in v], (len(links), 3), q.dtype)
 
 
@@ -170,7 +171,7 @@ def point_jacobians(
     """
     _check(chain, q, links, offsets)
     frames = _joint_frames(chain, q, max(links, default=-1) + 1)
-    _, points = _arms(chain, frames, links, offsets)
+    points = _points(chain, frames, links, offsets)
     return as_array(_jacobians(frames, links, points, chain.size), (len(links), 3, chain.size), q.dtype)
 
 
@@ -188,48 +189,45 @@ def point_motion(chain: Chain, q: Joints, qd: Joints, links: Sequence[int], offs
     """
     _check(chain, q, links, offsets)
     n, dtype = chain.size, q.dtype
+    if not links:
+        return PointMotion(*(jnp.zeros((0, *shape), dtype) for shape in ((3,), (3,), (3, n), (3,))))
     frames = _joint_frames(chain, q, n)
     twists = _twists(frames, qd)
+    x: list[Vector] = []
+    xd: list[Vector] = []
+    Jd_qd: list[Vector] = []
+    local = _in_joint_frames(chain, links, offsets)
+    for link, run in groupby(range(len(links)), key=lambda point: links[point]):
+        columns = jnp.asarray(local[list(run)].T, dtype)  # one vector over the points of a link
+        at = (columns[0], columns[1], columns[2])
+        if link < 0:
+            still = jnp.zeros_like(at[0])
+            x.append(at)
+            xd.append((still, still, still))
+            Jd_qd.append((still, still, still))
+            continue
+        frame, twist = frames[link], twists[link]
+        arm = apply(frame.R, at)
+        x.append(add(frame.o, arm))
+        xd.append(add(twist.v, cross(twist.omega, arm)))
+        Jd_qd.append(add(twist.a, apply(spin(twist.omega, twist.alpha), arm)))
 
-    def stacked(vectors: Sequence[Vector]) -> Array:
-        """One row per joint, then one of the world, which does not move."""
-        return as_array([e for v in (*vectors, ZERO) for e in v], (n + 1, 3), dtype)
-
-    rotations = [e for R in (*(frame.R for frame in frames), _UPRIGHT) for row in R for e in row]
-    # The barrier keeps the compiler from writing out the whole chain again for every point: compiles 3 x faster.
-    R, o, omega, v, alpha, a = jax.lax.optimization_barrier(
-        (
-            as_array(rotations, (n + 1, 3, 3), dtype),
-            stacked([frame.o for frame in frames]),
-            stacked([t.omega for t in twists]),
-            stacked([t.v for t in twists]),
-            stacked([t.alpha for t in twists]),
-            stacked([t.a for t in twists]),
-        )
-    )
-    rows = [link if link >= 0 else n for link in links]
-    local = np.array(
-        [
-            chain.link_pos[link] + chain.link_rotation[link] @ offset if link >= 0 else offset
-            for link, offset in zip(links, np.asarray(offsets, np.float64), strict=True)
-        ]
-    )
-
-    def ridden(array: Array) -> Array:
-        """The row of each point's link, by slices: a gather is slow."""
-        return jnp.concatenate([array[row : row + 1] for row in rows])
-
-    arm = jnp.sum(ridden(R) * jnp.asarray(local, dtype)[:, None, :], axis=-1)
-    x, spin_rate = ridden(o) + arm, ridden(omega)
-    turning = _cross(spin_rate, arm)
-    J = _cross(R[None, :n, :, 2], x[:, None] - o[None, :n])  # z_j x (x - o_j)
+    axes = as_array([e for frame in frames for e in frame.axis], (n, 3), dtype)
+    origins = as_array([e for frame in frames for e in frame.o], (n, 3), dtype)
+    places = _rows(x)
+    J = _cross(axes[None], places[:, None] - origins[None])  # z_j x (x - o_j)
     carried = np.arange(n)[None, :] <= np.asarray(links)[:, None]
     return PointMotion(
-        x=x,
-        xd=ridden(v) + turning,
+        x=places,
+        xd=_rows(xd),
         J=jnp.where(jnp.asarray(carried)[..., None], J, 0).swapaxes(1, 2),
-        Jd_qd=ridden(a) + _cross(ridden(alpha), arm) + _cross(spin_rate, turning),
+        Jd_qd=_rows(Jd_qd),
     )
+
+
+def _rows(runs: Sequence[Vector]) -> Float[Array, "point 3"]:
+    """The points of all runs, one per row."""
+    return jnp.stack([jnp.concatenate([jnp.atleast_1d(run[k]) for run in runs]) for k in range(3)], axis=1)
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -34,7 +34,7 @@ def constant_matrix(values: np.ndarray) -> Matrix:
 
 
 @jax.custom_jvp
-def cos_sin(angle: Array) -> tuple[Array, Array]:
+def cos_sin(angle: ArrayLike) -> tuple[Array, Array]:
     """Cosine and sine of an angle.
 
     Divided by the sum of their squares: a compiler that fuses takes a sine to be cheap and computes it anew in each of
@@ -46,7 +46,9 @@ def cos_sin(angle: Array) -> tuple[Array, Array]:
 
 
 @cos_sin.defjvp
-def _cos_sin_jvp(primals: tuple[Array], tangents: tuple[ArrayLike]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _cos_sin_jvp(
+    primals: tuple[ArrayLike], tangents: tuple[ArrayLike]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     c, s = cos_sin(primals[0])
     return (c, s), (-s * tangents[0], c * tangents[0])
 

@@ -1,6 +1,10 @@
-"""The depth camera, its noise, point clouds, and what the camera delivers of a world."""
+"""What the robot knows of the cell: a depth camera, its noise, and the clouds made of its images."""
 
-from hrcjax.sense.camera import Camera, cell_camera, d435i
-from hrcjax.sense.observe import Frames, SenseParams, sense_sequence
+from hrcjax.sense.camera import Camera, cell_camera, d435i, render_depth
+from hrcjax.sense.noise import NoiseParams
+from hrcjax.sense.observe import Frames, SenseParams, background, moving_points, sense_sequence
 
-__all__ = ["Camera", "Frames", "SenseParams", "cell_camera", "d435i", "sense_sequence"]
+__all__ = [
+    "Camera", "Frames", "NoiseParams", "SenseParams", "background", "cell_camera", "d435i", "moving_points",
+    "render_depth", "sense_sequence",
+]  # fmt: skip

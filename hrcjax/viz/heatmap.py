@@ -13,6 +13,7 @@ from hrcjax.viz.style import (
     COLOUR_MAP,
     INFEASIBLE,
     MISSING,
+    WORST,
     as_row,
     finite_range,
     heading,
@@ -63,11 +64,13 @@ def heat_maps(
     unit: str = "",
     better: str = "",
     title: str = "",
+    failed: Bool[np.ndarray, "x y panel"] | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """One map over x and y for each value of `panel`, with one colour bar; the best cell of all carries a star.
 
-    Values that are not finite are drawn in light grey.
+    Values that are not finite are drawn in light grey; settings that failed carry a cross and are never the best.
     """
+    failed = np.zeros(values.shape, bool) if failed is None else failed
     count = values.shape[2]
     columns = min(4, count)
     rows = -(-count // columns)
@@ -75,7 +78,7 @@ def heat_maps(
     grid = as_row(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False))
     low, high = finite_range(values)
     colours = colormaps[COLOUR_MAP].with_extremes(bad=MISSING)
-    best = best_cell(values, better)
+    best = best_cell(np.where(failed, np.nan, values), better)
     mesh = None
     for i, axes in enumerate(grid):
         if i >= count:
@@ -90,6 +93,9 @@ def heat_maps(
         if count > 1:
             axes.set_title(f"{parameter_label(panel.name)} = {number(float(panel.values[i]))}", fontsize=9)
         tidy(axes)
+        at = np.nonzero(failed[:, :, i])
+        axes.scatter(x.values[at[0]], y.values[at[1]], s=14, marker="x", color="white", linewidth=1.6)
+        axes.scatter(x.values[at[0]], y.values[at[1]], s=12, marker="x", color=WORST, linewidth=0.9)
         if best is not None and best[2] == i:
             spot = (float(x.values[best[0]]), float(y.values[best[1]]))
             axes.plot(*spot, marker="*", markersize=13, color="white", markeredgecolor="black", markeredgewidth=0.9)
@@ -103,8 +109,8 @@ def heat_maps(
     bar.set_label(label(name, unit))
     bar.ax.tick_params(labelsize=8)
     bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]  # a spine, whatever its type says
-    star = "  (★ best)" if best is not None else ""
-    heading(figure, (title or label(name)) + star)
+    marks = [text for text, shown in (("★ best", best is not None), ("× failed", failed.any())) if shown]
+    heading(figure, (title or label(name)) + (f"  ({', '.join(marks)})" if marks else ""))
     return figure, grid[:count]
 
 

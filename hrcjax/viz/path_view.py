@@ -67,7 +67,7 @@ def capsule_outline(
 
 def _shades(count: int) -> Float[np.ndarray, "time"]:
     """Opacity of poses: the later, the stronger."""
-    return np.linspace(0.1, 0.26, count) if count > 1 else np.array([0.22])
+    return np.linspace(0.08, 0.22, count) if count > 1 else np.array([0.2])
 
 
 def plan_view(
@@ -228,7 +228,8 @@ def view_3d(
                 for k in np.flatnonzero(person.radius > 0)
                 for face in _quads(_capsule_surface(a[k], b[k], float(person.radius[k])))
             ]
-            axes.add_collection3d(Poly3DCollection(faces, facecolor=PERSON, edgecolor="none", alpha=float(alpha) / 2))
+            body = Poly3DCollection(faces, facecolor=PERSON, edgecolor="none", alpha=float(alpha) / 2)
+            axes.add_collection3d(body, axlim_clip=True)
     if obstacles is not None:
         faces = [face for i in np.flatnonzero(obstacles.mask) for face in _solid(obstacles, int(i))]
         if faces:

@@ -1,12 +1,18 @@
-"""Obstacles, people and their motion; exact distances."""
+"""What is in the cell: scenes of obstacles, people and their motion, and the exact distances to them."""
 
 from hrcjax.world.motions import MOTIONS, motion_named
 from hrcjax.world.person import Person, person_at
 from hrcjax.world.recorded import person_from_joints
-from hrcjax.world.scene import Scene, capsules_obstacle_distances, obstacle_distances, scene_distance
-from hrcjax.world.scenes import SCENES, scene_named
+from hrcjax.world.scene import (
+    Scene,
+    capsules_obstacle_distances,
+    capsules_scene_distance,
+    obstacle_distances,
+    scene_distance,
+)
+from hrcjax.world.scenes import SCENES, clutter, hri, robotica, scene_named
 
 __all__ = [
-    "MOTIONS", "SCENES", "Person", "Scene", "capsules_obstacle_distances", "motion_named", "obstacle_distances",
-    "person_at", "person_from_joints", "scene_distance", "scene_named",
+    "MOTIONS", "SCENES", "Person", "Scene", "capsules_obstacle_distances", "capsules_scene_distance", "clutter", "hri",
+    "motion_named", "obstacle_distances", "person_at", "person_from_joints", "robotica", "scene_distance", "scene_named",
 ]  # fmt: skip

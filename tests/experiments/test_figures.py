@@ -87,6 +87,15 @@ def test_heat_maps_hold_the_means_over_worlds(results: xr.Dataset) -> None:
     np.testing.assert_allclose(star[0].get_xydata()[0], [best.k_att, best.k_rep])
 
 
+def test_heat_maps_cross_out_what_failed_in_some_world(results: xr.Dataset) -> None:
+    changed = results.copy(deep=True)
+    changed.status[0, 0, 1, 2, 1, 0] = 1
+    figure = metric_figure(changed, "length")
+    crosses = figure.axes[0].collections[1].get_offsets()
+    np.testing.assert_allclose(crosses, [[results.k_att[2], results.k_rep[1]]])
+    assert len(figure.axes[1].collections[1].get_offsets()) == 0
+
+
 def test_a_fourth_axis_is_at_its_best_value(results: xr.Dataset) -> None:
     bare = results[["score", "status"]].drop_vars(["time", "frame", "xyz"], errors="ignore")
     wide = bare.expand_dims(speed=[1.0, 2.0], axis=-1).copy(deep=True)

@@ -73,6 +73,10 @@ def test_log_axis() -> None:
     np.testing.assert_allclose(axis.values, [0.001, 0.01, 0.1, 1])
 
 
+def test_a_range_of_one_value() -> None:
+    assert parse_axis("zeta=lin:2:2:1", NAMES, {}).values == (2,)
+
+
 def test_list_axis_keeps_its_order() -> None:
     axis = parse_axis("collision.k_rep = 0.8, 0.4", NAMES, {})
     assert (axis.scale, axis.values, axis.low, axis.high) == ("list", (0.8, 0.4), 0.4, 0.8)
@@ -115,6 +119,7 @@ def test_names_resolve(name: str, full: str) -> None:
         ("k_att=1,2,1", "a value is given twice"),
         ("k_atz=1", "unknown parameter 'k_atz'; close: k_att"),
         ("field.lenght_scale=1", "close: field.length_scale"),
+        ("att=1", "unknown parameter 'att'"),
         ("zzzzzz=1", "unknown parameter 'zzzzzz'; --list shows all"),
         ("length_scale=1", "ambiguous: collision.length_scale, field.length_scale"),
     ],

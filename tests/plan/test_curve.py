@@ -28,8 +28,7 @@ def test_is_the_natural_cubic_spline():
 
 
 def test_length_and_curvature_of_a_helix():
-    w = resample(jnp.asarray(ARC), 40)
-    curve = path_curve(w)
+    curve = path_curve(jnp.asarray(ARC))
     np.testing.assert_allclose(curve.length, np.hypot(0.4, 0.1) * 2, rtol=1e-3)
     k = 0.4 / (0.4**2 + 0.1**2)
     np.testing.assert_allclose(np.linalg.norm(curvature(curve, 0.5 * curve.length)), k, rtol=0.02)

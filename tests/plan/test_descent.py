@@ -129,8 +129,8 @@ def test_damped_path_does_not_swing_where_the_unit_path_does():
         moves = np.diff(potential_path(p, s.start, s.goal, s.distances, s.radius, 200, step).waypoints, axis=0)
         return int(np.sum(np.sum(moves[1:] * moves[:-1], axis=1) < 0))
 
-    assert reversals(damped_step) == 0
-    assert reversals(unit_step) > 0
+    assert reversals(damped_step) <= 1  # where it first meets the obstacle
+    assert reversals(unit_step) > 8
 
 
 def test_path_keeps_out_and_gradient_is_finite():

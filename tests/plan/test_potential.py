@@ -94,6 +94,7 @@ def test_derivatives(q):
     q = jnp.asarray(q)
     params = jax.tree.map(jnp.asarray, PotentialParams())
 
+    @jax.jit
     def value(params, q):
         return potential(params, q, s.goal, s.distances, s.radius)
 

@@ -135,6 +135,7 @@ def test_derivatives_against_those_of_a_general_solve():
         np.testing.assert_allclose(c, b, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_second_derivative():
     model = random_model(3, seed=6)
     chain = chain_from_mujoco(model)

@@ -132,3 +132,10 @@ def test_wrong_arguments(ur5):
         point_jacobians(ur5.chain, q, (0,), np.zeros((2, 3)))
     with pytest.raises(ValueError, match="q has shape"):
         link_frames(ur5.chain, q[:3])
+
+
+def test_no_points(ur5):
+    q = jnp.zeros(6)
+    motion = point_motion(ur5.chain, q, q, (), np.zeros((0, 3)))
+    assert motion.J.shape == (0, 3, 6)
+    assert motion.x.shape == motion.xd.shape == motion.Jd_qd.shape == (0, 3)

@@ -54,8 +54,14 @@ def test_ur5e_is_the_published_table():
     assert UR5E.a.tolist() == [0, -0.425, -0.3922, 0, 0, 0]
     assert UR5E.mass.tolist() == [3.761, 8.058, 2.846, 1.37, 1.3, 0.365]
     np.testing.assert_array_equal(UR5E.com, UR5.com)
-    # principal moments published by the maker; trace and determinant catch a swapped or mistyped entry
-    np.testing.assert_allclose(np.trace(UR5E.inertia, axis1=1, axis2=2).sum(), 0.8746687, rtol=1e-6)
+    # the maker's tensors by their sums, added up by hand
+    traces = [0.02005587, 0.68141178, 0.16127396, 0.00427732, 0.00360058, 0.00063358]
+    products = [0.0005112, 0.00006144, 0.00139297, 0.00010877, 0.00005766, 0.00000115]
+    np.testing.assert_allclose(np.trace(UR5E.inertia, axis1=1, axis2=2), traces, rtol=1e-9)
+    upper = np.abs(UR5E.inertia)[:, [0, 0, 1], [1, 2, 2]]
+    np.testing.assert_allclose(upper.sum(axis=1), products, rtol=1e-9)
+    assert UR5E.inertia[2][0, 2] == 0.00137272
+    assert [UR5E.inertia[i][1, 2] for i in (0, 3, 4)] == [0.00049994, 0.00010157, -0.00005048]
     np.testing.assert_allclose(UR5E.inertia, UR5E.inertia.transpose(0, 2, 1))
 
 

@@ -59,6 +59,16 @@ def test_maps_have_one_scale_and_each_value_in_its_cell() -> None:
     assert np.allclose(bad[:3], np.array([int(MISSING[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
 
 
+def test_settings_that_failed_are_crossed_out_and_never_best() -> None:
+    values = np.arange(6.0).reshape(3, 2, 1)
+    failed = np.zeros((3, 2, 1), bool)
+    failed[2, 1] = failed[0, 1] = True
+    figure, (axes,) = heat_maps(values, X, Y, PANEL._replace(values=np.ones(1)), "length", "m", "high", "", failed)
+    assert axes.collections[2].get_offsets().tolist() == [[0.01, 2.0], [1.0, 2.0]]
+    assert axes.lines[0].get_xydata().tolist() == [[1.0, 1.0]]
+    assert figure.get_suptitle() == "length  (★ best, × failed)"
+
+
 def test_maps_of_nothing_finite_still_draw() -> None:
     figure, panels = heat_maps(np.full((3, 2, 1), np.nan), X, Y, GridAxis("", np.zeros(1)), "score", better="low")
     figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
