@@ -5,8 +5,9 @@ from hrcjax.plan.bending_energy import bending_energy
 from hrcjax.plan.curve import PathCurve, path_curve
 from hrcjax.plan.descent import PotentialPath, StepFn, damped_step, potential_path, time_to_goal, unit_step
 from hrcjax.plan.length import length
-from hrcjax.plan.optimise import PathResult, judge, optimise_path, required_distance
+from hrcjax.plan.optimise import optimise_path
 from hrcjax.plan.params import PathParams, PlanParams, PlanSizes, PotentialParams
+from hrcjax.plan.path_result import PathResult, judge, required_distance
 from hrcjax.plan.path_score import path_scores
 from hrcjax.plan.plan import plan
 from hrcjax.plan.potential import DistancesFn, force, potential

@@ -2,65 +2,30 @@
 
 import math
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.numerics import safe_sqrt
 from hrcjax.plan.band import band_solve
-from hrcjax.plan.bending_energy import bending_energy
-from hrcjax.plan.curve import equally_spaced, path_curve
+from hrcjax.plan.curve import equally_spaced
 from hrcjax.plan.length import length
 from hrcjax.plan.params import PlanParams
+from hrcjax.plan.path_result import PathResult, judge, required_distance
 from hrcjax.plan.potential import DistancesFn
-from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 
 _WAVE = (4 * math.pi) ** 2
 """Square of the wave number, times the length of the path, at which constraint and path are compared."""
-
-
 _MOVES = 2
 """Newton steps for each look at the obstacles."""
+_FAR = 10.0
+"""Distance beyond which a constraint is as good as absent: keeps infinite bounds out of the derivatives [m]."""
 _SMOOTHING = 16.0
 """Weight of the squared second differences in smoothing the guess: waves shorter than 13 segments are damped."""
 _LONG = (1.25, 1.5)
 """Lengths, over that of the guess, between which bending stops to lengthen the path. A bent path of twice the size
 has half the bending energy, so that without this a path caught between obstacles grows without end."""
-
-
-class PathResult(eqx.Module):
-    """A path and what can be said of it."""
-
-    waypoints: Float[Array, "waypoint 3"]
-    """Equally spaced points, start and goal among them [m]."""
-    length: Float[Array, ""]
-    """Length [m]."""
-    bending_energy: Float[Array, ""]
-    """Bending energy [1/m]."""
-    clearance: Float[Array, ""]
-    """Smallest distance of the curve from the surface of any obstacle; negative inside [m]."""
-    violation: Float[Array, ""]
-    """Most that the required distance from an obstacle is missed by; 0 if kept [m]."""
-    reached: Bool[Array, ""]
-    """Whether the descent of the potential field reached the goal."""
-    clear: Bool[Array, ""]
-    """Whether the distances required by zeta are kept."""
-    inside: Bool[Array, ""]
-    """Whether the curve stays within the bounds."""
-
-    @property
-    def status(self) -> Int[Array, "*batch"]:
-        """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is
-        success."""
-        bits = [self.reached, self.clear, self.inside]
-        return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
-
-
-def required_distance(params: PlanParams, radius: Float[Array, "obstacle"]) -> Float[Array, "obstacle"]:
-    """Smallest surface distance allowed to each obstacle: (zeta - 1) radius, so that its centre is zeta radius away
-    [m]."""
-    return (params.potential.zeta - 1) * radius
 
 
 def _curve_energy(waypoints: Float[Array, "waypoint 3"]) -> tuple[Array, Array, Array, Array]:
@@ -192,6 +157,7 @@ def optimise_path(
 
             def push_back(spare: Array) -> tuple[Array, Array]:
                 """The push > 0 with push = stiffness (excess - spare), push excess = unit softness^2; its stiffness."""
+                spare = jnp.minimum(spare, _FAR)
                 root = jnp.sqrt((stiffness * spare) ** 2 + 4 * stiffness * unit * softness * softness)
                 larger = (root + jnp.abs(stiffness * spare)) / 2
                 push = jnp.where(spare > 0, stiffness * unit * softness * softness / larger, larger)
@@ -222,31 +188,3 @@ def optimise_path(
     softness = (first * (last / first) ** ramp).reshape(iterations, _MOVES)
     result, _ = jax.lax.scan(jax.checkpoint(iterate), guess, softness)
     return judge(params, equally_spaced(result), distances, radius, lower, upper, reached)
-
-
-def judge(
-    params: PlanParams,
-    waypoints: Float[Array, "waypoint 3"],
-    distances: DistancesFn,
-    radius: Float[Array, "obstacle"],
-    lower: Vector3,
-    upper: Vector3,
-    reached: Bool[Array, ""] | None = None,
-) -> PathResult:
-    """What can be said of a path: distances are measured on its smooth curve, four times to a segment."""
-    curve = path_curve(waypoints)
-    places = curve.length * jnp.linspace(0, 1, 4 * (waypoints.shape[0] - 1) + 1, dtype=waypoints.dtype)
-    points = jax.vmap(curve.point)(places)
-    gap = jax.vmap(distances)(points)
-    violation = jnp.maximum(jnp.max(required_distance(params, radius) - gap, initial=0.0), 0)
-    outside = jnp.max(jnp.maximum(lower - points, points - upper))
-    return PathResult(
-        waypoints,
-        length(waypoints),
-        bending_energy(waypoints),
-        jnp.min(gap, initial=jnp.inf),
-        violation,
-        jnp.asarray(True) if reached is None else reached,
-        violation <= params.path.tolerance,
-        outside <= params.path.tolerance,
-    )

@@ -5,8 +5,9 @@ import jax.numpy as jnp
 
 from hrcjax.numerics import safe_norm
 from hrcjax.plan.descent import StepFn, damped_step, potential_path
-from hrcjax.plan.optimise import PathResult, optimise_path
+from hrcjax.plan.optimise import optimise_path
 from hrcjax.plan.params import PlanParams, PlanSizes
+from hrcjax.plan.path_result import PathResult
 from hrcjax.plan.potential import DistancesFn
 from hrcjax.plan.resample import resample
 from hrcjax.typing import Array, Float, Vector3

@@ -203,6 +203,16 @@ def _quads(surface: np.ndarray) -> list[np.ndarray]:
     return list(np.stack([a, b, c, d], axis=2).reshape(-1, 4, 3))
 
 
+def _add_faces(
+    axes: Axes3D, faces: list[np.ndarray], colour: str, alpha: float, low: np.ndarray, high: np.ndarray
+) -> None:
+    """Adds the faces whose middle lies inside the window, which are not clipped otherwise."""
+    inside = [face for face in faces if (low <= face.mean(axis=0)).all() and (face.mean(axis=0) <= high).all()]
+    if inside:
+        body = Poly3DCollection(inside, facecolor=colour, edgecolor="none", alpha=alpha)
+        axes.add_collection3d(body, autolim=False)  # limits from polygons of unequal size are not finite
+
+
 def view_3d(
     paths: Sequence[PathLine],
     obstacles: Obstacles | None = None,
@@ -221,27 +231,20 @@ def view_3d(
     else:
         figure = axes.get_figure(root=True)
         assert figure is not None
+    low, high = _window(paths, obstacles, start, goal, person)
     if person is not None:
         for a, b, alpha in zip(person.a, person.b, _shades(len(person.times)), strict=True):
-            faces = [
-                face
-                for k in np.flatnonzero(person.radius > 0)
-                for face in _quads(_capsule_surface(a[k], b[k], float(person.radius[k])))
-            ]
-            body = Poly3DCollection(faces, facecolor=PERSON, edgecolor="none", alpha=float(alpha) / 2)
-            axes.add_collection3d(body, axlim_clip=True)
+            capsules = [(a[k], b[k], float(person.radius[k])) for k in np.flatnonzero(person.radius > 0)]
+            faces = [face for capsule in capsules for face in _quads(_capsule_surface(*capsule))]
+            _add_faces(axes, faces, PERSON, float(alpha) / 2, low, high)
     if obstacles is not None:
         faces = [face for i in np.flatnonzero(obstacles.mask) for face in _solid(obstacles, int(i))]
-        if faces:
-            axes.add_collection3d(
-                Poly3DCollection(faces, facecolor=OBSTACLE, edgecolor="none", alpha=0.45, shade=False)
-            )
+        _add_faces(axes, faces, OBSTACLE, 0.45, low, high)
     for path in paths:
         axes.plot(*path.points.T, "--" if path.dashed else "-", color=path.colour, lw=2, label=path.name, zorder=5)
         shadow = np.column_stack([path.points[:, :2], np.zeros(len(path.points))])
         axes.plot(*shadow.T, color=path.colour, lw=0.8, alpha=0.35)
     _ends(axes, start, goal)
-    low, high = _window(paths, obstacles, start, goal, person)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low)
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")

@@ -303,3 +303,42 @@ def test_interrupt_says_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys: py
     monkeypatch.setattr("experiments.sweep.run_sweep", stop)
     assert run("--out", "r") == 130
     assert "the same command resumes" in capsys.readouterr().err
+
+
+def test_identity_changes_with_everything_that_decides_numbers(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    from configs import SweepConfig
+    from experiments.settings import make_settings
+    from experiments.sweep import identity
+
+    bvh = tmp_path / "a.bvh"
+    bvh.write_text("one")
+    base = SweepConfig(person=(str(bvh),), grid=("zeta=lin:2:4:3",))
+
+    def mark(config: SweepConfig, chunk: int = 3, **params: float) -> str:
+        problem = toy_cell.build_cell(("hri",), (str(bvh),), (0,), False, "")
+        settings = make_settings(
+            config.grid, problem.params, samples=config.sobol, sample_seed=config.sobol_seed, quick=config.quick
+        )
+        changed = type(problem)(**{**vars(problem), "params": toy_cell.ToyParams(toy_cell.Potential(**params))})
+        return json.dumps(identity(config, changed, settings, chunk))
+
+    marks = [
+        mark(base),
+        mark(base, chunk=2),
+        mark(base, k_att=0.04),
+        mark(replace(base, scene=("hri",))),
+        mark(replace(base, person=("reach_in",))),
+        mark(replace(base, seed=(1,))),
+        mark(replace(base, quick=True, grid=("zeta=2,4",))),
+        mark(replace(base, grid=("zeta=2,4",))),
+        mark(replace(base, backend="mjx")),
+        mark(replace(base, sobol=4)),
+        mark(replace(base, sobol=4, sobol_seed=1)),
+        mark(replace(base, sobol=5)),
+    ]
+    bvh.write_text("two")
+    marks.append(mark(base))
+    assert len(set(marks)) == len(marks)
+    assert mark(replace(base, out=tmp_path, best=9, by="length", figures=False, memory=7.0)) == marks[-1]

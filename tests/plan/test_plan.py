@@ -76,7 +76,8 @@ def test_single_precision_follows_its_inputs():
     np.testing.assert_allclose(single.waypoints, exact.waypoints, atol=1e-4)
 
 
-@pytest.mark.parametrize(("kind", "zeta"), [("columns", 2.0), pytest.param("spheres", 4.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "zeta"), [("columns", 2.0), ("spheres", 4.0)])
 def test_gradients_equal_finite_differences(kind, zeta):
     def outcome(values, planned=lambda p: run(p, kind)):
         r = planned(eqx.tree_at(lambda p: [get(p) for get in NAMES.values()], params(), [values[n] for n in NAMES]))

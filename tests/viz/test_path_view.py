@@ -126,4 +126,9 @@ def test_views_in_three_dimensions_draw_without_person_and_obstacles() -> None:
     parts = {tuple(round(int(c[i : i + 2], 16) / 255, 3) for i in (1, 3, 5)) for c in (PERSON, OBSTACLE)}
     assert parts <= colours
     np.testing.assert_array_equal(np.array(deep.lines[0].get_data_3d()).T, PATH.points)
+    low, high = _window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
+    np.testing.assert_allclose(np.transpose([deep.get_xlim(), deep.get_ylim(), deep.get_zlim()]), [low, high])
+    for body in deep.collections:
+        middles = np.nanmean(np.where(body._invalid_vertices[..., None], np.nan, body._faces), axis=1)
+        assert (middles >= low - 1e-9).all() and (middles <= high + 1e-9).all()
     assert plt.get_fignums() == before  # nothing enters pyplot's global state

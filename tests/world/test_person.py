@@ -37,6 +37,8 @@ def test_absent_only_where_both_neighbours_are():
     person = _person(jnp.float64, (False, True, False, False))
     there = [bool((person_at(person, t).radius > 0).all()) for t in (0.0, 0.1, 0.5, 0.9, 1.0, 1.2)]
     assert there == [False, True, True, True, False, False]
+    left = _person(jnp.float64, (False, False, True, False))  # gone in the last frame
+    assert [bool((person_at(left, t).radius > 0).all()) for t in (1.0, 1.4, 1.5, 9.0)] == [True, True, False, False]
 
 
 def test_speed_and_one_frame():
