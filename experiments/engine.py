@@ -16,6 +16,7 @@ from experiments.progress import Progress, duration
 from experiments.settings import Settings, batch_params
 from experiments.store import RunStore
 from experiments.sweepable import NOT_FINITE, Sweepable
+from hrcjax.numerics import unrolled_options
 
 MEGABYTE = 1_000_000
 
@@ -78,7 +79,7 @@ class _Program:
         begin = time.monotonic()
         traced = jax.jit(self.problem.evaluate).trace(batch, world)
         self._check(traced.out_info, chunk)
-        self.compiled = traced.lower().compile()
+        self.compiled = traced.lower().compile(compiler_options=unrolled_options())
         self.seconds = time.monotonic() - begin
         self.progress.say(f"compiled in {duration(self.seconds)}{self._memory()}")
 

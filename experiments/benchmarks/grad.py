@@ -9,6 +9,7 @@ import jax.numpy as jnp
 
 from experiments.cell import build_world, make_cell
 from experiments.settings import leaf_names, set_leaves
+from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Params
 from hrcjax.tune import episode_loss
 
@@ -37,9 +38,9 @@ def run(repeat: int = 3) -> dict[str, dict[str, Any]]:
         return jnp.sum(jax.vmap(lambda one: episode_loss(one, cell, world))(params))
 
     begin = time.perf_counter()
-    value_and_grad = jax.jit(jax.value_and_grad(total)).lower(params).compile()
+    value_and_grad = jax.jit(jax.value_and_grad(total)).lower(params).compile(compiler_options=unrolled_options())
     compile_s = time.perf_counter() - begin
-    value = jax.jit(total).lower(params).compile()
+    value = jax.jit(total).lower(params).compile(compiler_options=unrolled_options())
     jax.block_until_ready((value(params), value_and_grad(params)))
     forward, both = best_time(value, params, repeat=repeat), best_time(value_and_grad, params, repeat=repeat)
     return {

@@ -1,6 +1,7 @@
 """Norms, roots and small solves that stay finite, with finite derivatives, at their singular points."""
 
+from hrcjax.numerics.compiler import unrolled_options
 from hrcjax.numerics.ldl import ldl_factor, ldl_solve, solve_spd
 from hrcjax.numerics.safe import safe_divide, safe_norm, safe_sqrt, unit
 
-__all__ = ["ldl_factor", "ldl_solve", "safe_divide", "safe_norm", "safe_sqrt", "solve_spd", "unit"]
+__all__ = ["ldl_factor", "ldl_solve", "safe_divide", "safe_norm", "safe_sqrt", "solve_spd", "unit", "unrolled_options"]

@@ -6,6 +6,7 @@ batched LAPACK call on 6 x 6 matrices. The oracle is `jnp.linalg.solve`.
 
 from collections.abc import Sequence
 
+import jax
 import jax.numpy as jnp
 
 from hrcjax.typing import Array, Float
@@ -51,11 +52,31 @@ def ldl_solve(lower: Sequence[Sequence[Array]], diagonal: Sequence[Array], b: Se
     return x
 
 
+@jax.custom_jvp
 def solve_spd(A: Float[Array, "n n"], b: Float[Array, "n"]) -> Float[Array, "n"]:
     """The x of A x = b for a small symmetric positive definite A; only its lower triangle is read.
 
+    Its derivative is solved with the same factors: dx = A^-1 (db - dA x), which compiles far faster than the derivative
+    of the factorisation.
+
     Not finite if: A is singular.
     """
+    return _solve_spd(A, b)[0]
+
+
+_Factors = tuple[list[list[Array]], list[Array]]
+
+
+def _solve_spd(A: Array, b: Array) -> tuple[Array, _Factors]:
     n = A.shape[0]
-    lower, diagonal = ldl_factor([[A[i, j] for j in range(i + 1)] for i in range(n)])
-    return jnp.stack(ldl_solve(lower, diagonal, [b[i] for i in range(n)]))
+    factors = ldl_factor([[A[i, j] for j in range(i + 1)] for i in range(n)])
+    return jnp.stack(ldl_solve(*factors, [b[i] for i in range(n)])), factors
+
+
+@solve_spd.defjvp
+def _solve_spd_jvp(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Array, Array]:
+    dA, db = tangents
+    x, factors = _solve_spd(*primals)
+    lower = jnp.tril(dA)
+    rest = db - (lower @ x + jnp.tril(dA, -1).T @ x)
+    return x, jnp.stack(ldl_solve(*factors, [rest[i] for i in range(x.shape[0])]))

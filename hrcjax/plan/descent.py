@@ -90,7 +90,7 @@ def potential_path(
         q = q + step(params, q, goal, distances, radius)
         return q, q
 
-    points = jax.lax.scan(advance, start, None, length=steps)[1]
+    points = jax.lax.scan(jax.checkpoint(advance), start, None, length=steps)[1]
     there = safe_norm(points - goal) < params.arrival
     reached = jnp.any(there)
     arrival = jnp.where(reached, jnp.argmax(there) + 1, steps)

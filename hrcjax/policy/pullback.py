@@ -59,18 +59,43 @@ def pullback_points(
     long vectors. A contraction by `einsum` costs several times more on a CPU, and writing out the points too, ten
     times more and half a minute of compilation.
     """
-    points, tasks, joints = J.shape
+    points, tasks, _ = J.shape
     if Jd_qd.shape != (points, tasks) or a.shape != (points, tasks) or M.shape != (points, tasks, tasks):
         raise ValueError(
             f"J {J.shape} wants Jd_qd and a of shape {(points, tasks)} and M of shape {(points, tasks, tasks)}; "
             f"got {Jd_qd.shape}, {a.shape} and {M.shape}"
         )
+    return Pulled(*_pulled(J, M, a - Jd_qd))
+
+
+@jax.custom_jvp
+def _pulled(J: Array, M: Array, u: Array) -> tuple[Array, Array]:
+    """The sums over the points of J^T M J and J^T M u."""
+    _, tasks, joints = J.shape
     column = [[J[:, t, j] for t in range(tasks)] for j in range(joints)]
     weighed = [[_dot([M[:, t, u] for u in range(tasks)], column[j]) for t in range(tasks)] for j in range(joints)]
-    wanted = [a[:, t] - Jd_qd[:, t] for t in range(tasks)]
+    wanted = [u[:, t] for t in range(tasks)]
     entry = {(i, j): jnp.sum(_dot(column[i], weighed[j])) for i in range(joints) for j in range(i, joints)}
     rows = [jnp.stack([entry[min(i, j), max(i, j)] for j in range(joints)]) for i in range(joints)]
-    return Pulled(jnp.stack(rows), jnp.stack([jnp.sum(_dot(weighed[j], wanted)) for j in range(joints)]))
+    return jnp.stack(rows), jnp.stack([jnp.sum(_dot(weighed[j], wanted)) for j in range(joints)])
+
+
+@_pulled.defjvp
+def _pulled_jvp(
+    primals: tuple[Array, ...], tangents: tuple[Array, ...]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """By contractions: the transpose of the entries written out would compile and run several times longer."""
+    J, M, u = primals
+    dJ, dM, du = tangents
+    MJ, Mu = jnp.einsum("ptu,puj->ptj", M, J), jnp.einsum("ptu,pu->pt", M, u)
+    half = jnp.einsum("pti,ptj->ij", dJ, MJ)
+    dM_q = half + half.T + jnp.einsum("pti,ptj->ij", J, jnp.einsum("ptu,puj->ptj", dM, J))
+    df_q = (
+        jnp.einsum("ptj,pt->j", dJ, Mu)
+        + jnp.einsum("ptj,pt->j", MJ, du)
+        + jnp.einsum("ptj,pt->j", J, jnp.einsum("ptu,pu->pt", dM, u))
+    )
+    return _pulled(J, M, u), (dM_q, df_q)
 
 
 def pullback_joints(m: Float[Array, "joint"], a: Float[Array, "joint"]) -> Pulled:

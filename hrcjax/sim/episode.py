@@ -5,13 +5,13 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.field import FieldParams, fit
-from hrcjax.plan import PathResult, path_curve, plan
+from hrcjax.plan import PathCurve, PathResult, path_curve, plan
 from hrcjax.robot import tool_frame
 from hrcjax.sense import Frames
 from hrcjax.sim.cell import Cell, Fields, World, newest_frame
 from hrcjax.sim.params import Params
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
-from hrcjax.typing import Array
+from hrcjax.typing import Array, Joints
 from hrcjax.world import obstacle_distances
 
 
@@ -31,7 +31,7 @@ def fit_fields(params: FieldParams, frames: Frames) -> Fields:
 
     Depends on the field's parameters alone, so that settings which share these share the fields.
     """
-    moving = jax.lax.map(lambda cloud: fit(cloud, params), frames.moving)
+    moving = jax.lax.map(jax.checkpoint(lambda cloud: fit(cloud, params)), frames.moving)
     return Fields(static=fit(frames.static, params), moving=moving)
 
 
@@ -60,10 +60,22 @@ def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode
         fields: of `fit_fields(params.field, world.frames)`; apart, so that a batch can share them.
     """
     path = plan_path(params, cell, world)
-    curve = path_curve(path.waypoints)
-    q_start = world.q_start
+    final, record = follow(params, cell, path_curve(path.waypoints), world.frames, world.q_start, fields)
+    return Episode(path, record, final)
+
+
+def follow(
+    params: Params, cell: Cell, curve: PathCurve, frames: Frames, q_start: Joints, fields: Fields
+) -> tuple[TickState, Record]:
+    """Follow a path for `cell.ticks` control periods: the state after the last tick, and every tick.
+
+    Args:
+        curve: the tool's path.
+        frames: stamps and validity of what the camera delivered.
+        q_start: joint positions at the start, and the posture to draw to [rad].
+        fields: fitted to the points of the frames.
+    """
     R_goal, _ = tool_frame(cell.arm, q_start)
-    frames = world.frames
     exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
 
@@ -77,5 +89,4 @@ def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode
         )
         return tick(params, cell, curve, R_goal, q_start, sensed, state)
 
-    final, record = jax.lax.scan(jax.checkpoint(one), initial_state(q_start), (index, age))
-    return Episode(path, record, final)
+    return jax.lax.scan(jax.checkpoint(one), initial_state(q_start), (index, age))

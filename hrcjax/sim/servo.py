@@ -30,12 +30,12 @@ def servo(
         tau = inverse_dynamics(chain, arm.q, arm.qd, wanted)
         broken = ~jnp.all(jnp.isfinite(tau))
         rest = jnp.zeros_like(qdd)
-        tau = jnp.where(broken, inverse_dynamics(chain, arm.q, rest, rest), tau)
+        tau = jnp.where(broken, jax.lax.stop_gradient(inverse_dynamics(chain, arm.q, rest, rest)), tau)
         clipped = clipped | jnp.any(jnp.abs(tau) > top)
         tau = jnp.clip(tau, -top, top)
         return (step(cell.arm, arm, tau, h, cell.backend), clipped, bad | broken), tau
 
     no = jnp.asarray(False)
     steps = jnp.arange(cell.substeps).astype(qdd.dtype)
-    (arm, clipped, bad), tau = jax.lax.scan(substep, (state, no, no), steps)
+    (arm, clipped, bad), tau = jax.lax.scan(jax.checkpoint(substep), (state, no, no), steps)
     return arm, tau[0], clipped, bad

@@ -1,0 +1,65 @@
+"""The gradient of an episode's loss by every numeric parameter, against central differences."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from experiments.settings import leaf_names, set_leaves
+from hrcjax.numerics import unrolled_options
+from hrcjax.sim import Cell, Params
+from hrcjax.tune import episode_loss
+
+FELT = {  # differences that are well above rounding in both scenes
+    "plan.path.omega1", "plan.path.omega2", "policy.target.kp", "policy.target.kd", "policy.target.metric_max",
+    "policy.joint_limit.metric", "policy.damping.weight", "safety.clock.jerk", "motion.speed", "motion.lag",
+}  # fmt: skip
+FELT_BESIDE_OBSTACLES = {"plan.potential.zeta", "field.length_scale", "policy.collision.r_act"}
+
+
+@pytest.fixture(scope="session")
+def programs(cell: Cell):
+    """Gradient, and values of many settings: each compiled once for both scenes."""
+    gradient = jax.jit(jax.grad(lambda params, world: episode_loss(params, cell, world)))
+
+    def values(params, world):
+        return jax.lax.map(lambda p: episode_loss(p, cell, world), params, batch_size=16)
+
+    return gradient, jax.jit(values, compiler_options=unrolled_options())
+
+
+def differences(params, names, program, world, relative):
+    """Central difference by each parameter, and what rounding of the two values may add to it."""
+    size = {name: relative * max(abs(value), 1e-6) for name, value in names.items()}
+    rows = [(name, sign) for name in names for sign in (1, -1)]
+    batch = {
+        name: jnp.asarray([value + sign * size[name] * (name == moved) for moved, sign in rows])
+        for name, value in names.items()
+    }
+    values = np.asarray(program(set_leaves(params, batch), world)).reshape(-1, 2)
+    steps = np.array(list(size.values()))
+    return (values[:, 0] - values[:, 1]) / (2 * steps), 1e-12 * np.abs(values).max() / steps
+
+
+@pytest.mark.slow
+def test_gradient_of_every_parameter_equals_finite_differences(world, programs):
+    grad_program, value_program = programs
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), Params())
+    names = leaf_names(Params())
+    gradient = np.array(list(leaf_names(grad_program(params, world)).values()))
+    assert np.isfinite(gradient).all()
+
+    wide, rounding = differences(params, names, value_program, world, 1e-4)
+    right = np.abs(gradient - wide) <= 1e-3 * np.abs(wide) + rounding
+    # Where a switch of the path clock lies within the wide step, the narrow one decides, if rounding allows.
+    narrow, rounding_narrow = differences(params, names, value_program, world, 1e-6)
+    error = np.abs(gradient - narrow)
+    right |= (error <= 1e-3 * np.abs(narrow)) & (rounding_narrow < 1e-2 * np.abs(narrow))
+    assert right.all(), "\n".join(
+        f"{name}: gradient {gradient[i]:.6g}, differences {wide[i]:.6g} and {narrow[i]:.6g}"
+        for i, name in enumerate(names)
+        if not right[i]
+    )
+    felt = {name for i, name in enumerate(names) if abs(wide[i]) > 10 * rounding[i]}
+    beside = bool(np.asarray(world.scene.mask).any())
+    assert felt >= FELT | (FELT_BESIDE_OBSTACLES if beside else set())
