@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import pytest
 
 # Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own.
-os.environ["XLA_FLAGS"] = (
-    "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 " + os.environ.get("XLA_FLAGS", "")
+os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 " + os.environ.get(
+    "XLA_FLAGS", ""
 )
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")

@@ -26,7 +26,7 @@ def best_time(f: Callable[..., Any], *args: Any, repeat: int) -> float:
     return min(times)
 
 
-def run(repeat: int = 3) -> dict[str, dict[str, Any]]:
+def run(repeat: int = 2) -> dict[str, dict[str, Any]]:
     """Episodes of the default cell with a person who reaches in; every numeric parameter is differentiated."""
     cell = make_cell()
     world = build_world(cell, "robotica", "reach_in", 0)

@@ -3,7 +3,7 @@
 import jax
 
 
-def unrolled_options() -> dict[str, bool | int]:
+def unrolled_options() -> dict[str, str | bool]:
     """Compiler options for a whole closed-loop program, for `jax.jit(f, compiler_options=...)`; empty but on a CPU.
 
     XLA's fusion emitters for the CPU compute shared terms of deep expressions over and over; without them, and with
@@ -12,4 +12,4 @@ def unrolled_options() -> dict[str, bool | int]:
     """
     if jax.default_backend() != "cpu":
         return {}
-    return {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
+    return {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": "1"}

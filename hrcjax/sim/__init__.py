@@ -1,7 +1,7 @@
 """The cell: parameters, a world as sensed, one control tick, an episode as a scan of ticks, and its outcome."""
 
 from hrcjax.sim.cell import Cell, Fields, World
-from hrcjax.sim.episode import Episode, episode, fit_fields, plan_path
+from hrcjax.sim.episode import Episode, episode, fit_fields, follow, plan_path
 from hrcjax.sim.outcome import Outcome, Traces, outcome
 from hrcjax.sim.params import MotionParams, Params
 from hrcjax.sim.prepare import make_world
@@ -9,5 +9,5 @@ from hrcjax.sim.tick import Record, Sensed, TickState, tick
 
 __all__ = [
     "Cell", "Episode", "Fields", "MotionParams", "Outcome", "Params", "Record", "Sensed", "TickState", "Traces", "World",
-    "episode", "fit_fields", "make_world", "outcome", "plan_path", "tick",
+    "episode", "fit_fields", "follow", "make_world", "outcome", "plan_path", "tick",
 ]  # fmt: skip

@@ -1,0 +1,133 @@
+"""Speed and separation, zones with memory, and the speed governor; as `hrcjax.safety`."""
+
+from math import isfinite, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.safety import BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
+
+
+class Zone(NamedTuple):
+    """Memory of the zones."""
+
+    zone: int = GREEN
+    """0 green, 1 yellow, 2 red, 3 stop."""
+    waited: float = 0.0
+    """How long a more relaxed zone has been possible [s]."""
+    candidate: int = GREEN
+    """The tightest of those."""
+
+
+class Decision(NamedTuple):
+    """What is allowed in this tick."""
+
+    point_limit: NDArray
+    """Largest speed of every point towards the person [m/s]."""
+    hold: bool
+    """Stand still in every direction."""
+
+
+def separation_distance(params: SsmParams, v: float) -> float:
+    """S_p at the approach speed v, for the assumed speed of a person (ISO/TS 15066, 5.5.4) [m]."""
+    stopping = v / params.brake
+    fixed = params.intrusion + params.Z_d + params.Z_r
+    return params.v_h * (params.reaction_time + stopping) + v * params.reaction_time + v * stopping / 2 + fixed
+
+
+def allowed_speeds(params: SsmParams, d: NDArray) -> NDArray:
+    """v(d), the inverse of S_p, for the person's speed assumed at each distance [m/s].
+
+    Args:
+        d: distances; not finite: 0 m/s [m].
+    """
+    known = np.isfinite(d)
+    person = np.where(d < params.near, params.v_h_near, params.v_h)
+    excess = d - person * params.reaction_time - (params.intrusion + params.Z_d + params.Z_r)
+    excess = np.where(known, np.maximum(excess, 0.0), 0.0)
+    b = person + params.brake * params.reaction_time
+    two_a_e = 2 * params.brake * excess
+    return two_a_e / (b + np.sqrt(b * b + two_a_e))
+
+
+def slowest_contact(params: PflParams) -> float:
+    """v_rel,max = F_max / sqrt(mu k), the least over all regions of the body (ISO/TS 15066, A.6) [m/s]."""
+    m_r = params.arm_mass / 2 + params.payload
+    return min(
+        region.force * region.transient / sqrt(region.mass * m_r / (region.mass + m_r) * region.stiffness)
+        for region in BODY_REGIONS
+    )
+
+
+class Monitor:
+    """The safety monitor of one episode; what does not change with time is computed once."""
+
+    def __init__(self, params: SafetyParams, dt: float) -> None:
+        """Args: dt: length of a tick [s]."""
+        self.params, self.dt = params, dt
+        speeds = (0.0, params.zone.red_speed, params.zone.nominal_speed)
+        self.stop, self.yellow, self.green = (separation_distance(params.ssm, v) for v in speeds)
+        self.contact = slowest_contact(params.pfl)
+
+    def zone_at(self, d: float, slack: float = 0.0) -> int:
+        """The zone of a distance [m], with a slack added to every threshold [m]."""
+        if not isfinite(d):
+            return STOP
+        if d < self.stop + slack:
+            return RED if self.params.zone.red_only_slows else STOP
+        return GREEN if d >= self.green + slack else YELLOW if d >= self.yellow + slack else RED
+
+    def update(self, state: Zone, d: float, hold: bool) -> Zone:
+        """The zone one tick later: tighter at once, more relaxed after a wait beyond the hysteresis."""
+        zone = self.params.zone
+        tight = STOP if hold else self.zone_at(d)
+        loose = STOP if hold else self.zone_at(d, zone.hysteresis)
+        if loose >= state.zone:
+            return Zone(max(tight, state.zone))
+        candidate, waited = max(loose, state.candidate), state.waited + self.dt
+        if waited + 0.5 * self.dt < zone.relax_time:
+            return Zone(max(tight, state.zone), waited, candidate)
+        return Zone(tight if tight >= state.zone else candidate)
+
+    def __call__(self, state: Zone, d: NDArray, approach: NDArray, age: float, valid: bool) -> tuple[Zone, Decision]:
+        """Zone and limits of this tick.
+
+        Args:
+            d: distance of every control point's surface to the person [m].
+            approach: speed of every point towards the person [m/s].
+            age: of the person data [s].
+            valid: whether the frame kept all its points.
+        """
+        params = self.params
+        finite = bool(np.isfinite(d).all() and np.isfinite(approach).all())
+        hold = not abs(age) <= params.max_age or not finite or not valid
+        state = self.update(state, float(d.min()), hold)
+        if hold or state.zone == STOP:
+            return state, Decision(np.zeros_like(d), hold)
+        limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
+        if state.zone == RED:
+            if params.zone.red_only_slows or not params.zone.red_follows_separation:
+                limit = np.full_like(d, params.zone.nominal_speed)
+            limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
+        return state, Decision(limit, hold)
+
+
+def governor(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> float:
+    """The largest factor in [0, 1] with which no point approaches the person faster than its limit [1].
+
+    Args:
+        qd: joint speeds asked for [rad/s].
+        J: Jacobians of the points, (point 3 joint) [m/rad].
+        g: gradients of the distance to the person, (point 3) [1].
+        limit: of every point [m/s].
+    """
+    velocity = J @ qd
+    approach = -(g * velocity).sum(axis=1)
+    lost = (g * g).sum(axis=1) < 0.25
+    if lost.any():
+        approach = np.where(lost, np.sqrt((velocity * velocity).sum(axis=1)), approach)
+    if not np.isfinite(approach).all() or np.isnan(limit).any():
+        return 0.0
+    over = approach > limit
+    return float((limit[over] / approach[over]).min()) if over.any() else 1.0
