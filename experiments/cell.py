@@ -88,9 +88,13 @@ TOOL = (0.12, 0.03)
 the 20 cm column beside it [m]."""
 SENSE = SenseParams(voxel=0.05, least_count=4.0)
 """Fewer and surer points than the library's default: a pixel covers 1.5 cm here, a voxel some ten pixels."""
+POINTS = (128, 384)
+"""Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
 EPISODE = 10.0
 """Length of an episode [s]."""
-QUICK_EPISODE = 10.0
+QUICK_POINTS = (128, 384)
+"""Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
+EPISODE = 10.0
 """Length with --quick [s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""
@@ -101,7 +105,13 @@ BYTES_PER_TICK = 900
 def make_cell(quick: bool = False, backend: str = "folded", variant: str = "ur5") -> Cell:
     """The UR5 cell of the sweep."""
     seconds = QUICK_EPISODE if quick else EPISODE
-    return Cell(arm=with_tool(load_arm(variant), *TOOL), ticks=round(seconds / Cell.dt), backend=backend)
+    return Cell(
+        arm=with_tool(load_arm(variant), *TOOL),
+        ticks=round(seconds / Cell.dt),
+        backend=backend,
+        static_points=POINTS[0],
+        moving_points=POINTS[1],
+    )
 
 
 def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
@@ -192,6 +202,7 @@ def build_cell(
         rank="score_overall",
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
+        identity=f"cell {cell.arm.variant} {TOOL} {cell.backend} {cell.ticks} x {cell.dt}",
         describe=about,
         described=ABOUT,
         coords={

@@ -16,6 +16,7 @@ from experiments.progress import Progress, duration
 from experiments.settings import Settings, batch_params
 from experiments.store import RunStore
 from experiments.sweepable import NOT_FINITE, Sweepable
+from experiments.traced import traced
 from hrcjax.numerics import unrolled_options
 
 MEGABYTE = 1_000_000
@@ -77,9 +78,9 @@ class _Program:
         if self.compiled is not None:
             return
         begin = time.monotonic()
-        traced = jax.jit(self.problem.evaluate).trace(batch, world)
-        self._check(traced.out_info, chunk)
-        self.compiled = traced.lower().compile(compiler_options=unrolled_options())
+        program = traced(self.problem.evaluate, (batch, world), self.problem.identity)
+        self._check(program.out_info, chunk)
+        self.compiled = program.lower().compile(compiler_options=unrolled_options())
         self.seconds = time.monotonic() - begin
         self.progress.say(f"compiled in {duration(self.seconds)}{self._memory()}")
 
@@ -104,7 +105,7 @@ class _Program:
 
     def __call__(self, batch: Any, world: Any) -> dict[str, np.ndarray]:
         try:
-            out = self.compiled(batch, world)
+            out = self.compiled(*jax.tree.leaves((batch, world)))
         except TypeError as error:
             raise ValueError(f"worlds differ in shape or type: {one_line(error)}") from error
         return {name: np.asarray(array) for name, array in jax.block_until_ready(dict(out)).items()}

@@ -56,6 +56,8 @@ class Sweepable:
     """World -> the arrays that a figure of it needs; stored once per world."""
     described: Mapping[str, Trace] = field(default_factory=dict)
     """Dims, unit and description of what `describe` returns."""
+    identity: str | None = None
+    """What `evaluate` closes over, in words: allows the sweep to keep the traced program between runs. None: do not."""
     open_ended: frozenset[str] = frozenset()
     """Outputs in which infinity or NaN has a meaning, for example a separation when nobody is there."""
 

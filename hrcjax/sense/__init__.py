@@ -2,9 +2,17 @@
 
 from hrcjax.sense.camera import Camera, cell_camera, d435i, render_depth
 from hrcjax.sense.noise import NoiseParams
-from hrcjax.sense.observe import Frames, SenseParams, background, moving_points, sense_sequence
+from hrcjax.sense.observe import (
+    MOVING_CAPACITY,
+    STATIC_CAPACITY,
+    Frames,
+    SenseParams,
+    background,
+    moving_points,
+    sense_sequence,
+)
 
 __all__ = [
-    "Camera", "Frames", "NoiseParams", "SenseParams", "background", "cell_camera", "d435i", "moving_points",
+    "MOVING_CAPACITY", "STATIC_CAPACITY", "Camera", "Frames", "NoiseParams", "SenseParams", "background", "cell_camera", "d435i", "moving_points",
     "render_depth", "sense_sequence",
 ]  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from hrcjax.field import GPField
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import Arm
-from hrcjax.sense import Frames
+from hrcjax.sense import MOVING_CAPACITY, STATIC_CAPACITY, Frames
 from hrcjax.typing import Array, Float, Int, Joints
 from hrcjax.world import Person, Scene
 
@@ -56,6 +56,10 @@ class Cell:
     """Exact distances for the metrics are computed at every so many ticks."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""
+    static_points: int = STATIC_CAPACITY
+    """Places of the cloud of what stands still; a fuller one makes the arm hold."""
+    moving_points: int = MOVING_CAPACITY
+    """Places of the cloud of what moves; a fuller one makes the arm hold."""
     sizes: PlanSizes = field(default_factory=PlanSizes)
     """Numbers of steps, waypoints and iterations of the planner."""
 

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import FieldParams, fit
+from hrcjax.field import FieldParams, GPField, fit
 from hrcjax.plan import PathCurve, PathResult, path_curve, plan
 from hrcjax.robot import tool_frame
 from hrcjax.sense import Frames
@@ -79,14 +79,11 @@ def follow(
     exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
 
-    def one(state: TickState, now: tuple[Array, Array]) -> tuple[TickState, Record]:
-        frame, frame_age = now
-        sensed = Sensed(
-            static=fields.static,
-            moving=jax.tree.map(lambda a: a[frame], fields.moving),
-            age=frame_age + cell.latency,
-            valid=~frames.overflow[frame],
-        )
-        return tick(params, cell, curve, R_goal, q_start, sensed, state)
+    lost = frames.overflow | frames.static_overflow
+    # What each tick sees is gathered before the scan: within it, the derivative would touch all frames at every tick.
+    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, ~lost[index])
 
-    return jax.lax.scan(jax.checkpoint(one), initial_state(q_start), (index, age))
+    def one(state: TickState, seen: tuple[GPField, Array, Array]) -> tuple[TickState, Record]:
+        return tick(params, cell, curve, R_goal, q_start, Sensed(fields.static, *seen), state)
+
+    return jax.lax.scan(jax.checkpoint(one), initial_state(q_start), seen)

@@ -11,8 +11,8 @@ from hrcjax.safety import SafetyParams
 class MotionParams(eqx.Module):
     """How the arm follows its path and how its joint servo works."""
 
-    speed: float = 0.4
-    """Speed of the reference along the path when nobody is near [m/s]."""
+    speed: float = 0.25
+    """Speed of the reference along the path when nobody is near: the reduced speed of ISO 10218-1 [m/s]."""
     lag: float = 0.05
     """Distance of the tool from its reference at which the path clock runs at 1/e of its speed [m]."""
     servo_gain: float = 40.0

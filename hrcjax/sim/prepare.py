@@ -70,13 +70,15 @@ def make_world(
     q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
     stamps = frame_stamps(cell, q_start.dtype)
     q = nominal_motion(q_start, q_goal, stamps, 0.6 * cell.ticks * cell.dt)
-    frames = _sense(cell.arm, camera, scene, person, q, stamps, key, params)
+    frames = _sense(cell.arm, cell.static_points, cell.moving_points, camera, scene, person, q, stamps, key, params)
     return World(scene, person, frames, q_start)
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=(0, 1, 2))
 def _sense(
     arm: Arm,
+    static_points: int,
+    moving_points: int,
     camera: Camera,
     scene: Scene,
     person: Person,
@@ -87,7 +89,7 @@ def _sense(
 ) -> Frames:
     """One compiled program for all worlds of one size: op by op this would take minutes."""
     robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
-    return sense_sequence(camera, scene, person, robot, stamps, key, params)
+    return sense_sequence(camera, scene, person, robot, stamps, key, params, static_points, moving_points)
 
 
 @partial(jax.jit, static_argnums=0)

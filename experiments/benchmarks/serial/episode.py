@@ -77,7 +77,7 @@ def see(params: FieldParams, frames: Frames) -> Seen:
         moving=[field(*frame) for frame in zip(points, mask, strict=True)],
         stamp=stamp[valid].tolist(),
         frame=np.flatnonzero(valid).tolist(),
-        overflow=np.asarray(frames.overflow).tolist(),
+        overflow=np.asarray(frames.overflow | frames.static_overflow).tolist(),
     )
 
 

@@ -1,0 +1,45 @@
+"""Traced programs kept between runs beside the compiled ones: tracing takes longer than reading them back."""
+
+import contextlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from experiments.atomic import write_bytes
+from experiments.errors import StorageError
+from experiments.provenance import code_digest, fingerprint, versions
+
+
+def traced(evaluate: Callable[..., Mapping[str, Any]], args: tuple[Any, ...], identity: str | None) -> Any:
+    """`evaluate` traced for arguments like `args`; call and compile it with `jax.tree.leaves(args)`.
+
+    With an identity it is looked up in the folder of JAX's compilation cache, under a digest of the code, the versions,
+    the identity and the shapes; without that folder nothing is kept. A damaged file is traced anew.
+
+    Args:
+        identity: everything else that decides what `evaluate` does: what it closes over. None: keep nothing.
+    """
+    leaves, tree = jax.tree.flatten(args)
+
+    def flat(*leaves: Any) -> dict[str, Any]:
+        return dict(evaluate(*jax.tree.unflatten(tree, leaves)))
+
+    cache = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
+    if identity is None or not cache:
+        return jax.jit(flat).trace(*leaves)
+    shapes = [f"{jax.typeof(leaf)} {getattr(leaf, 'weak_type', '')}" for leaf in leaves]
+    backend = f"{jax.default_backend()} {jax.config.jax_enable_x64}"  # pyright: ignore[reportAttributeAccessIssue]
+    key = fingerprint(
+        {"code": code_digest(), "versions": versions(), "of": [identity, str(tree), *shapes], "on": backend}
+    )
+    path = Path(cache) / "traced" / key
+    with contextlib.suppress(Exception):  # whatever is wrong with a file of the cache, the program can be traced
+        exported = jax.export.deserialize(bytearray(path.read_bytes()))
+        return jax.jit(exported.call).trace(*leaves)
+    exported = jax.export.export(jax.jit(flat))(*leaves)
+    with contextlib.suppress(StorageError, OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, bytes(exported.serialize()))
+    return jax.jit(exported.call).trace(*leaves)
