@@ -92,22 +92,17 @@ POINTS = (128, 384)
 """Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
 EPISODE = 10.0
 """Length of an episode [s]."""
-QUICK_POINTS = (128, 384)
-"""Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
-EPISODE = 10.0
-"""Length with --quick [s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""
 BYTES_PER_TICK = 900
 """Memory that one tick of one setting takes while it runs, measured [bytes]."""
 
 
-def make_cell(quick: bool = False, backend: str = "folded", variant: str = "ur5") -> Cell:
+def make_cell(backend: str = "folded", variant: str = "ur5") -> Cell:
     """The UR5 cell of the sweep."""
-    seconds = QUICK_EPISODE if quick else EPISODE
     return Cell(
         arm=with_tool(load_arm(variant), *TOOL),
-        ticks=round(seconds / Cell.dt),
+        ticks=round(EPISODE / Cell.dt),
         backend=backend,
         static_points=POINTS[0],
         moving_points=POINTS[1],
@@ -173,14 +168,14 @@ def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:
 
 
 def build_cell(
-    scenes: Sequence[str], people: Sequence[str], seeds: Sequence[int], quick: bool = False, backend: str = "folded"
+    scenes: Sequence[str], people: Sequence[str], seeds: Sequence[int], backend: str = "folded"
 ) -> Sweepable:
     """Everything that the sweep needs.
 
     Raises:
         ValueError: an unknown scene or person.
     """
-    cell = make_cell(quick, backend)
+    cell = make_cell(backend)
     frames = round(cell.ticks * cell.dt * PERSON_RATE) + 1
     for scene in scenes:
         scene_named(scene, 0)

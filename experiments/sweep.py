@@ -115,7 +115,7 @@ def _build(config: SweepConfig) -> Sweepable:
     from experiments.cell import build_cell  # here, so that --help and wrong options answer at once
 
     try:
-        return build_cell(config.scene, config.person, config.seed, config.quick, config.backend)
+        return build_cell(config.scene, config.person, config.seed, config.backend)
     except (ValueError, OSError) as error:
         raise UsageError(one_line(error)) from error
 
