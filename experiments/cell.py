@@ -94,7 +94,7 @@ EPISODE = 10.0
 """Length of an episode [s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""
-BYTES_PER_TICK = 900
+BYTES_PER_TICK = 1700
 """Memory that one tick of one setting takes while it runs, measured [bytes]."""
 
 
