@@ -1,0 +1,33 @@
+"""The cell as the sweep runs it: settings get the status that their metrics call for."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from experiments.cell import STATUSES, build_world, evaluate, make_cell
+from experiments.settings import set_leaves
+from hrcjax.numerics import unrolled_options
+from hrcjax.sim import Params
+
+
+@pytest.mark.slow
+def test_status_says_what_happened() -> None:
+    """Near the columns a link touches one; slowly the goal is not reached in time; wide and fast all goes well."""
+    with jax.enable_x64(False):
+        cell = replace(make_cell(), ticks=450)
+        world = build_world(cell, "robotica", "nobody", 0)
+        axes = {"plan.potential.zeta": [1.5, 5.0, 5.0], "motion.speed": [0.4, 0.2, 0.4]}
+        params = set_leaves(Params(), {name: jnp.asarray(values) for name, values in axes.items()})
+        program = jax.jit(lambda params, world: evaluate(cell, params, world), compiler_options=unrolled_options())
+        out = {name: np.asarray(value) for name, value in program(params, world).items()}
+    assert [STATUSES[code] for code in out["status"]] == [
+        "the arm touched an obstacle", "goal not reached in time", "ok",
+    ]  # fmt: skip
+    assert out["clearance"][0] < 0 < out["clearance"][1:].min()
+    assert out["success"].tolist() == [1, 0, 1]
+    assert (np.diff(out["plan_length"][:2]) > 0.05).all()  # a wider berth is a longer way
+    np.testing.assert_allclose(out["tool"][2, -1], np.asarray(world.scene.goal), atol=0.02)
+    assert (out["zone"] == 0).all()  # nobody there: green
