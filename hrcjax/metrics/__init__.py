@@ -30,11 +30,11 @@ from hrcjax.metrics.smoothness import (
     spectral_arc_length,
     total_jerk,
 )
-from hrcjax.metrics.timing import Arrival, arrival
+from hrcjax.metrics.timing import Arrival, arrival, ideal_time
 
 __all__ = [
     "METRICS", "Arrival", "EpisodeMetrics", "ScoreParams", "acceleration_variance", "arrival", "collision_risk",
-    "dimensionless_jerk", "efficiency_score", "energy", "episode_metrics", "jerk_rms", "joint_smoothness",
+    "dimensionless_jerk", "efficiency_score", "energy", "episode_metrics", "ideal_time", "jerk_rms", "joint_smoothness",
     "log_dimensionless_jerk", "mean_curvature_change", "mean_squared_difference_jerk", "mean_squared_jerk",
     "min_clearance", "obstacle_proximity", "overall_score", "power", "power_score", "relative_score", "resample",
     "safe_navigation", "safety_score", "spectral_arc_length", "task_time_score", "time_below", "time_in_zones",

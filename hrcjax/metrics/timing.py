@@ -56,3 +56,14 @@ def arrival(
     return Arrival(
         time=position * dt, success=success, error=distance[index], before=jnp.arange(n, dtype=index.dtype) <= index
     )
+
+
+def ideal_time(length: Scalar, speed: Scalar, acceleration: Scalar) -> Float[Array, ""]:
+    """Time of a way at constant speed, with equal ramps up and down at its ends [s].
+
+    Args:
+        length: of the way, at least speed^2 / acceleration [m].
+        speed: between the ramps [m/s].
+        acceleration: of both ramps [m/s^2].
+    """
+    return jnp.asarray(length / speed + speed / acceleration)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import FAR, capsule_distance
-from hrcjax.metrics import EpisodeMetrics, episode_metrics
+from hrcjax.metrics import EpisodeMetrics, episode_metrics, ideal_time
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import arm_capsules
 from hrcjax.safety import separation_distance
@@ -71,7 +71,7 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
     tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
     protective = jax.vmap(lambda v: separation_distance(params.safety.ssm, v))(jnp.maximum(record.approach[::k], 0.0))
-    ideal = run.path.length / params.motion.speed + params.motion.speed / params.safety.clock.acceleration
+    ideal = ideal_time(run.path.length, params.motion.speed, params.safety.clock.acceleration)
     metrics = episode_metrics(
         dt=cell.dt,
         tool=record.tool,

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.metrics import arrival
+from hrcjax.metrics import arrival, ideal_time
 
 # Compiled once a shape, not operation by operation.
 arrival = jax.jit(arrival)
@@ -56,3 +56,11 @@ def test_derivative_of_the_time() -> None:
 def test_too_few_samples() -> None:
     with pytest.raises(ValueError, match="at least 2"):
         arrival(GOAL[None], GOAL, 0.1, 0.1)
+
+
+def test_ideal_time_is_the_area_of_a_trapezium() -> None:
+    """1 m at 0.5 m/s with ramps of 0.25 s: the way is the area under the speed."""
+    t = np.linspace(0, 2.25, 2_251)
+    speed = np.minimum(np.minimum(2 * t, 0.5), 2 * (2.25 - t))
+    np.testing.assert_allclose(np.trapezoid(speed, t), 1.0, rtol=1e-6)
+    assert float(ideal_time(1.0, 0.5, 2.0)) == 2.25
