@@ -164,3 +164,30 @@ def test_wrong_shapes_are_named():
     for wrong in ((J, Jd_qd[:4], M, a), (J, Jd_qd, M[:, :2], a), (J, Jd_qd, M, a[:, :2])):
         with pytest.raises(ValueError, match=r"J \(5, 3, 4\) wants"):
             inspect.unwrap(pullback_points)(*wrong)  # without the check of types
+
+
+def test_derivatives_of_many_points():
+    """Those written by hand against those of the definition, for J, the metric, Jd_qd and a, in both modes."""
+    J, Jd_qd, M, a = (jnp.asarray(x) for x in random_task(5, points=3))
+    down, across = jnp.asarray(np.random.default_rng(6).normal(size=(2, 4, 4)))
+
+    def measure(pulled):
+        return jnp.sum(across * pulled.M) + jnp.sum(down[0] * pulled.f)
+
+    def by_hand(J, Jd_qd, root, a):
+        return measure(pullback_points(J, Jd_qd, M + root + jnp.swapaxes(root, -1, -2), a))
+
+    def by_definition(J, Jd_qd, root, a):
+        metric = M + root + jnp.swapaxes(root, -1, -2)
+        W = jnp.einsum("ptu,puj->ptj", metric, J)
+        M_q, f_q = jnp.einsum("pti,ptj->ij", J, W), jnp.einsum("ptj,pt->j", W, a - Jd_qd)
+        return jnp.sum(across * M_q) + jnp.sum(down[0] * f_q)
+
+    at = (J, Jd_qd, jnp.zeros_like(M), a)
+    for mode in (jax.jacrev, jax.jacfwd):
+        for got, wanted in zip(
+            jax.jit(mode(by_hand, argnums=(0, 1, 2, 3)))(*at),
+            jax.jit(jax.grad(by_definition, argnums=(0, 1, 2, 3)))(*at),
+            strict=True,
+        ):
+            np.testing.assert_allclose(got, wanted, rtol=1e-10, atol=1e-12)
