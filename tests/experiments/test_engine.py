@@ -19,7 +19,7 @@ from experiments.sweepable import Metric, Sweepable, Trace
 
 
 def problem(scenes: tuple[str, ...] = ("robotica",), seeds: tuple[int, ...] = (0,), **changes: object) -> Sweepable:
-    base = toy_cell.build_cell(scenes, ("reach_in",), seeds, True, "folded")
+    base = toy_cell.build_cell(scenes, ("reach_in",), seeds, "folded")
     return Sweepable(**{**vars(base), **changes})  # pyright: ignore[reportArgumentType]
 
 

@@ -62,7 +62,7 @@ def test_results_are_labelled_and_self_explaining(tmp_path: Path, capsys: pytest
         place = dict(k_att=ds.k_att[1].item(), k_rep=ds.k_rep[2].item(), zeta=4.0)
         potential = toy_cell.Potential(**{k: np.full(1, v, np.float32) for k, v in place.items()})
         params = toy_cell.ToyParams(potential, params.collision, params.field)
-        world = toy_cell.build_cell(("hri",), ("reach_in",), (3,), False, "").worlds[0][1]()
+        world = toy_cell.build_cell(("hri",), ("reach_in",), (3,), "folded").worlds[0][1]()
         alone = toy_cell.evaluate(params, world)["score"][0]
         np.testing.assert_allclose(ds.score.sel(scene="hri", person="reach_in", seed=3, **place), alone, rtol=1e-5)
     printed = capsys.readouterr()
@@ -317,7 +317,7 @@ def test_identity_changes_with_everything_that_decides_numbers(tmp_path: Path) -
     base = SweepConfig(person=(str(bvh),), grid=("zeta=lin:2:4:3",))
 
     def mark(config: SweepConfig, chunk: int = 3, **params: float) -> str:
-        problem = toy_cell.build_cell(("hri",), (str(bvh),), (0,), False, "")
+        problem = toy_cell.build_cell(("hri",), (str(bvh),), (0,), "folded")
         settings = make_settings(
             config.grid, problem.params, samples=config.sobol, sample_seed=config.sobol_seed, quick=config.quick
         )
