@@ -1,4 +1,4 @@
-"""The paper's sweep in small: 4 x 4 x 2 settings and short episodes, to see that everything works.
+"""The paper's sweep in small: 4 x 4 x 2 settings, to see that everything works.
 
 Command: python -m experiments.sweep --config quick (the same as --quick)
 Minutes on 2 cores: about 1, most of it compilation.

@@ -26,7 +26,7 @@ class SweepConfig:
     out: Path | None = None
     """Folder of the run; runs/sweep-SCENE-PERSON-FINGERPRINT if not given, so that the same command resumes."""
     quick: bool = False
-    """At most 4 x 4 x 2 settings (or 16 samples) and shorter episodes."""
+    """At most 4 x 4 x 2 settings (or 16 samples)."""
     memory: float = 1000.0
     """Memory for the settings computed together [MB]. Fixes the size of chunks."""
     backend: Literal["folded", "mjx"] = "folded"

@@ -11,11 +11,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from experiments.sweepable import Metric, Sweepable, Trace
+from experiments.sweepable import NOT_FINITE, Metric, Sweepable, Trace
 from hrcjax.metrics import METRICS
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import SenseParams, cell_camera
 from hrcjax.sim import Cell, Params, World, episode, fit_fields, make_world, outcome
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named
 
 ALIASES = {
@@ -38,7 +39,12 @@ DOMAINS = {
 }
 """Values outside are refused: they mean nothing, or the numbers do not carry them."""
 
-STATUSES = {0: "ok", 1: "goal not reached in time", 2: "the arm touched an obstacle", 3: "a command was not finite"}
+STATUSES = {
+    0: "ok",
+    1: "goal not reached in time",
+    2: "the arm touched an obstacle",
+    3: "the arm and the person touched",
+}
 
 TRACES = {
     "plan": Trace(("waypoint", "xyz"), "m", "planned path"),
@@ -94,6 +100,8 @@ EPISODE = 10.0
 """Length of an episode [s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""
+BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE
+"""Bits of the ticks' status that make a result worthless."""
 BYTES_PER_TICK = 1700
 """Memory that one tick of one setting takes while it runs, measured [bytes]."""
 
@@ -161,7 +169,8 @@ def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:
         touched = kept.metrics.clearance < 0
         status = jnp.where(kept.metrics.success > 0, 0, 1)
         status = jnp.where(touched, 2, status)
-        status = jnp.where(kept.run_status & 5 != 0, 3, status)
+        status = jnp.where(kept.metrics.separation < 0, 3, status)
+        status = jnp.where(kept.run_status & BROKEN != 0, NOT_FINITE, status)
         return {**metrics, **traces, "status": status.astype(jnp.int32)}
 
     return jax.vmap(one, in_axes=(axes,))(params)

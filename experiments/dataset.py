@@ -59,7 +59,7 @@ def _coordinates(problem: Sweepable, settings: Settings) -> dict[str, Any]:
 
 
 def _status_attrs(problem: Sweepable) -> dict[str, Any]:
-    meanings = {**problem.statuses, NOT_FINITE: "not finite"}
+    meanings = {**problem.statuses, NOT_FINITE: "a result or a command not finite"}
     return {
         "units": "1",
         "long_name": "; ".join(f"{code}: {text}" for code, text in sorted(meanings.items())),

@@ -35,6 +35,10 @@ def code_digest(root: Path = ROOT, patterns: Iterable[str] = CODE) -> str:
     return digest.hexdigest()
 
 
+LOADED_CODE = code_digest()
+"""The digest when this program began: what it runs, whatever is edited meanwhile."""
+
+
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages on which results depend."""
     found = {"python": platform.python_version()}

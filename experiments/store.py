@@ -27,7 +27,7 @@ ENGINE = "h5netcdf"
 
 
 def open_run(folder: str | Path) -> xr.Dataset:
-    """The results of a finished run, read from disk when they are used: `open_run("runs/...").score.sel(zeta=4)`.
+    """The results of a finished run, read from disk when they are used: `open_run("runs/...").score_overall.sel(zeta=5)`.
 
     Raises:
         UsageError: no such folder, no run in it, not finished, damaged.

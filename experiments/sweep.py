@@ -17,7 +17,7 @@ from experiments.errors import StorageError, UsageError, exit_status, one_line
 from experiments.field_docs import leaf_docs
 from experiments.options import parse_options
 from experiments.progress import duration
-from experiments.provenance import code_digest, file_digest, fingerprint, provenance, versions
+from experiments.provenance import LOADED_CODE, file_digest, fingerprint, provenance, versions
 from experiments.settings import Settings, leaf_names, make_settings
 from experiments.store import RESULTS, RunStore, open_run, open_store
 from experiments.summary import best_table
@@ -30,18 +30,18 @@ Killed at any moment, the same command resumes and ends with the same numbers.
 
 Examples:
 
-  Does it work? 32 settings, short episodes:
+  Does it work? 32 settings:
     python -m experiments.sweep --quick
 
   The paper's sweep, but with a recorded person in cluttered scenes of three seeds:
     python -m experiments.sweep --scene clutter --person path/to/motion.bvh --seed 0 1 2
 
   Other parameters: 256 Sobol samples of a length-scale and of a gain of the motion policy:
-    python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.05:0.5 policy.collision.k_rep=lin:0.1:2
+    python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
 
 --list shows all parameters; a name's last part is enough where only one parameter ends so.
 
-In a notebook: from experiments.store import open_run; open_run("runs/...").score.sel(zeta=5)"""
+In a notebook: from experiments.store import open_run; open_run("runs/...").score_overall.sel(zeta=5)"""
 
 
 def _named_config(argv: Sequence[str]) -> SweepConfig:
@@ -91,7 +91,7 @@ def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk:
         "x64": bool(jax.config.jax_enable_x64),  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
         "params": leaf_names(problem.params),
         "versions": {name: used[name] for name in ("jax", "jaxlib", "mujoco", "mujoco-mjx", "numpy", "scipy")},
-        "code": code_digest(),
+        "code": LOADED_CODE,
     }
 
 
@@ -127,8 +127,9 @@ def _check(config: SweepConfig) -> None:
             raise UsageError(f"--{option} is empty")
         if len(set(values)) < len(values):
             raise UsageError(f"--{option}: a value is given twice")
-    if min(config.seed) < 0:
-        raise UsageError(f"--seed {min(config.seed)}: a seed is not negative")
+    for seed in config.seed:
+        if not 0 <= seed < 2**32:
+            raise UsageError(f"--seed {seed}: accepted is 0 to {2**32 - 1}")
     if not 0 < config.memory < float("inf"):
         raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
     if config.best < 1:
@@ -225,7 +226,7 @@ def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tall
     print(f"\nTook {duration(seconds)}{compiled}.")
     print(f"Results: {folder / RESULTS}" + (f"; figures: {folder / 'figures'}" if config.figures else ""))
     if tally.not_finite:
-        text = f"warning: {tally.not_finite} of {total} results are not finite (status -1 in the dataset)"
+        text = f"warning: {tally.not_finite} of {total} results are not finite, or a command was not (status -1 in the dataset)"
         print(text, file=sys.stderr, flush=True)
         return 3
     return 0

@@ -1,6 +1,7 @@
 """Traced programs kept between runs beside the compiled ones: tracing takes longer than reading them back."""
 
 import contextlib
+import hashlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,14 @@ import jax
 
 from experiments.atomic import write_bytes
 from experiments.errors import StorageError
-from experiments.provenance import code_digest, fingerprint, versions
+from experiments.provenance import LOADED_CODE, code_digest, fingerprint, versions
+
+DIGEST = 32
+"""Length of the digest before a kept program [bytes]."""
+
+
+def _digest(program: bytes) -> bytes:
+    return hashlib.sha256(program).digest()
 
 
 def traced(evaluate: Callable[..., Mapping[str, Any]], args: tuple[Any, ...], identity: str | None) -> Any:
@@ -32,14 +40,18 @@ def traced(evaluate: Callable[..., Mapping[str, Any]], args: tuple[Any, ...], id
     shapes = [f"{jax.typeof(leaf)} {getattr(leaf, 'weak_type', '')}" for leaf in leaves]
     backend = f"{jax.default_backend()} {jax.config.jax_enable_x64}"  # pyright: ignore[reportAttributeAccessIssue]
     key = fingerprint(
-        {"code": code_digest(), "versions": versions(), "of": [identity, str(tree), *shapes], "on": backend}
+        {"code": LOADED_CODE, "versions": versions(), "of": [identity, str(tree), *shapes], "on": backend}
     )
     path = Path(cache) / "traced" / key
     with contextlib.suppress(Exception):  # whatever is wrong with a file of the cache, the program can be traced
-        exported = jax.export.deserialize(bytearray(path.read_bytes()))
-        return jax.jit(exported.call).trace(*leaves)
+        kept = path.read_bytes()
+        if kept[:DIGEST] == _digest(kept[DIGEST:]):
+            exported = jax.export.deserialize(bytearray(kept[DIGEST:]))
+            return jax.jit(exported.call).trace(*leaves)
     exported = jax.export.export(jax.jit(flat))(*leaves)
-    with contextlib.suppress(StorageError, OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(path, bytes(exported.serialize()))
+    if code_digest() == LOADED_CODE:  # an edit since the start may or may not be in what was traced
+        with contextlib.suppress(StorageError, OSError):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            program = bytes(exported.serialize())
+            write_bytes(path, _digest(program) + program)
     return jax.jit(exported.call).trace(*leaves)

@@ -77,7 +77,7 @@ class EpisodeMetrics(eqx.Module):
 
 
 METRICS: dict[str, tuple[str, str, str]] = {
-    "time_to_goal": ("s", "low", "time until the tool stays at the goal; the whole duration if it never does"),
+    "time_to_goal": ("s", "low", "time until the tool stays at the goal; the length of the episode if it never does"),
     "success": ("1", "high", "1 if the goal was reached, else 0"),
     "goal_error": ("m", "low", "distance to the goal at arrival or at the end"),
     "plan_length": ("m", "low", "length of the planned path"),

@@ -29,6 +29,7 @@ from hrcjax.safety.ssm import (
     allowed_speed,
     assumed_human_speed,
     protective_distance,
+    safe_distance,
     separation_distance,
     stopping_distance,
     stopping_time,
@@ -54,6 +55,6 @@ __all__ = [
     "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance", "allowed_speed",
     "approach_speeds", "assumed_human_speed", "contact_mobility", "describe", "effective_mass", "governor", "guard",
     "initial_clock", "initial_zone", "monitor", "pfl_speed", "pfl_speeds", "protective_distance", "reduced_mass",
-    "reduced_mass_of_mobility", "reflected_mass", "separation_distance", "speed_scale", "stop_length",
+    "reduced_mass_of_mobility", "reflected_mass", "safe_distance", "separation_distance", "speed_scale", "stop_length",
     "stopping_distance", "stopping_time", "update_zone", "zone_at", "zone_speed", "zone_thresholds",
 ]  # fmt: skip

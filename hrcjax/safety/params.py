@@ -46,7 +46,7 @@ class ZoneParams(eqx.Module):
 class PflParams(eqx.Module):
     """Moving masses for power and force limiting (ISO/TS 15066, A.3.4)."""
 
-    arm_mass: float = 16.99
+    arm_mass: float = 17.05
     """M, the moving links of a UR5 (sum of the maker's six link masses) [kg]."""
     payload: float = 1.0
     """m_L, gripper and part; a two-finger gripper weighs about this [kg]."""

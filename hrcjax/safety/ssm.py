@@ -78,6 +78,16 @@ def allowed_speed(params: SsmParams, d: Scalar, v_h: Scalar | None = None) -> Fl
     return jnp.where(possible, two_a_e / (b + safe_sqrt(b * b + two_a_e)), 0.0)
 
 
+def safe_distance(params: SsmParams, v_r: Scalar) -> Float[Array, ""]:
+    """Distance from which on the approach speed v_r [m/s] is safe beside a person whose speed is not measured [m].
+
+    S_p for the person's speed that is to be assumed at that very distance; it jumps where that speed does.
+    """
+    close = separation_distance(params, v_r, params.v_h_near)
+    far = separation_distance(params, v_r, params.v_h)
+    return jnp.where(close < params.near, close, jnp.maximum(far, params.near))
+
+
 def assumed_human_speed(params: SsmParams, d: Scalar) -> Float[Array, ""]:
     """Speed of a person to count on at distance d where it is not measured (ISO 13855) [m/s]."""
     return jnp.where(jnp.asarray(d) < params.near, params.v_h_near, params.v_h)

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from hrcjax.safety.params import SafetyParams
-from hrcjax.safety.ssm import allowed_speed, separation_distance
+from hrcjax.safety.ssm import allowed_speed, safe_distance
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 GREEN = 0
@@ -22,11 +22,11 @@ class ZoneThresholds(eqx.Module):
     """Distances at which zones begin."""
 
     stop: Float[Array, ""]
-    """S_p(0): nearer, a stop [m]."""
+    """Of standstill: nearer, a stop [m]."""
     yellow: Float[Array, ""]
-    """S_p(red speed): nearer, red [m]."""
+    """Of the red speed: nearer, red [m]."""
     green: Float[Array, ""]
-    """S_p(nominal speed): nearer, yellow [m]."""
+    """Of the nominal speed: nearer, yellow [m]."""
 
 
 class ZoneState(eqx.Module):
@@ -47,11 +47,11 @@ def initial_zone(dtype: jnp.dtype | type = jnp.float32) -> ZoneState:
 
 
 def zone_thresholds(params: SafetyParams) -> ZoneThresholds:
-    """The separation distances of standstill, red speed and nominal speed, for the assumed speed of a person [m]."""
+    """From where on standstill, red speed and nominal speed are safe, for the speed that a person is assumed to have there [m]."""
     return ZoneThresholds(
-        stop=separation_distance(params.ssm, 0.0),
-        yellow=separation_distance(params.ssm, params.zone.red_speed),
-        green=separation_distance(params.ssm, params.zone.nominal_speed),
+        stop=safe_distance(params.ssm, 0.0),
+        yellow=safe_distance(params.ssm, params.zone.red_speed),
+        green=safe_distance(params.ssm, params.zone.nominal_speed),
     )
 
 

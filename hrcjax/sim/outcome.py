@@ -9,7 +9,7 @@ from hrcjax.geom.segment import FAR, capsule_distance
 from hrcjax.metrics import EpisodeMetrics, episode_metrics, ideal_time
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import arm_capsules
-from hrcjax.safety import separation_distance
+from hrcjax.safety import assumed_human_speed, safe_distance, separation_distance
 from hrcjax.sim.cell import Cell, World
 from hrcjax.sim.episode import Episode
 from hrcjax.sim.params import Params
@@ -70,7 +70,10 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     clearance = jnp.min(obstacles, axis=1)
     closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
     tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
-    protective = jax.vmap(lambda v: separation_distance(params.safety.ssm, v))(jnp.maximum(record.approach[::k], 0.0))
+    ssm = params.safety.ssm
+    protective = jax.vmap(lambda v, d: separation_distance(ssm, v, assumed_human_speed(ssm, d)))(
+        record.approach[::k], separation
+    )
     ideal = ideal_time(run.path.length, params.motion.speed, params.safety.clock.acceleration)
     metrics = episode_metrics(
         dt=cell.dt,
@@ -90,7 +93,7 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         ideal_time=ideal,
         plan_length=run.path.length,
         plan_bending_energy=run.path.bending_energy,
-        unsafe_distance=separation_distance(params.safety.ssm, 0.0),
+        unsafe_distance=safe_distance(ssm, 0.0),
         smoothness_stride=k,
     )
     traces = Traces(

@@ -17,8 +17,6 @@ class MotionParams(eqx.Module):
     """Distance of the tool from its reference at which the path clock runs at 1/e of its speed [m]."""
     servo_gain: float = 40.0
     """Velocity feedback of the joint servo [1/s]."""
-    hold_gain: float = 10.0
-    """Braking of the joints when the arm must hold [1/s]."""
     person_radius: float = 0.05
     """Smallest radius of a limb that the separation must not over-estimate (convex-body bias of the field) [m]."""
 

@@ -14,7 +14,8 @@ def servo(
     """The arm one control period later, under computed torque with velocity feedback at every substep.
 
     tau = ID(q, qd, qdd_cmd + gain (qd_ref - qd)), clipped to the motors' limits; qd_ref grows from the measured speed by
-    qdd_cmd. A torque that is not finite is replaced by the torque that holds against gravity.
+    qdd_cmd. A torque that is not finite is replaced by the torque that holds against gravity, and that by 0 where
+    the arm's position is not known: its brakes must close.
 
     Returns:
         the state, the torque at the start [N m], whether a torque was clipped, whether one was not finite.
@@ -30,7 +31,8 @@ def servo(
         tau = inverse_dynamics(chain, arm.q, arm.qd, wanted)
         broken = ~jnp.all(jnp.isfinite(tau))
         rest = jnp.zeros_like(qdd)
-        tau = jnp.where(broken, jax.lax.stop_gradient(inverse_dynamics(chain, arm.q, rest, rest)), tau)
+        weight = jax.lax.stop_gradient(inverse_dynamics(chain, arm.q, rest, rest))
+        tau = jnp.where(broken, jnp.where(jnp.isfinite(weight), weight, 0.0), tau)
         clipped = clipped | jnp.any(jnp.abs(tau) > top)
         tau = jnp.clip(tau, -top, top)
         return (step(cell.arm, arm, tau, h, cell.backend), clipped, bad | broken), tau

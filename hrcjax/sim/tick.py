@@ -8,7 +8,7 @@ from hrcjax.field import GPField, lower_bound, union_distance_and_gradient
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.plan import PathCurve
 from hrcjax.policy import JointLimits, limit_acceleration, policy_acceleration
-from hrcjax.robot import ArmState, point_motion
+from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
 from hrcjax.safety import (
     ClockState,
     ZoneState,
@@ -24,7 +24,7 @@ from hrcjax.safety import (
 from hrcjax.sim.cell import TOOL_REACH, Cell
 from hrcjax.sim.params import Params
 from hrcjax.sim.servo import servo
-from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vector3
 
 NOT_FINITE_COMMAND = 1
 TORQUE_LIMITED = 2
@@ -121,11 +121,12 @@ def tick(
     dt = cell.dt
     body, tool = control_motion(cell, q, qd)
     radii = jnp.asarray(cell.arm.control_radii, q.dtype)
+    surface = radii + COVER_MARGIN  # the arm is nowhere farther out
 
     union = jax.vmap(lambda x: union_distance_and_gradient(sensed.static, sensed.moving, x))
     d_all, g_all, d_person, g_person = union(body.x)
     d_person = jax.vmap(lambda d: lower_bound(d, params.motion.person_radius, params.field.length_scale))(d_person)
-    separation = d_person - radii
+    separation = d_person - surface
     approach = -jnp.sum(g_person * body.xd, axis=-1)
 
     slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.safety.pfl))).astype(q.dtype)
@@ -156,14 +157,16 @@ def tick(
         limits,
         posture,
     )
-    brake = -params.motion.hold_gain * qd
+    brake = full_brake(qd, limits, dt)
     safe, bad = guard(asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
     ahead = qd + limited * dt
     scale = governor(ahead, body.J, g_person, decision.point_limit)
     governed = (scale * ahead - qd) / dt
     governed = jnp.where(decision.hold, brake, governed)
-    qdd, _ = limit_acceleration(governed, q, qd, limits, dt)
+    limited, _ = limit_acceleration(governed, q, qd, limits, dt)
+    qdd, unbounded = guard(limited, brake)
+    bad = bad | unbounded
 
     arm, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
     status = (
@@ -188,6 +191,15 @@ def tick(
         status=status.astype(jnp.int32),
     )
     return TickState(arm, clock, zone), record
+
+
+def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:
+    """Acceleration to standstill within one period, or the hardest towards it; finite, whatever is measured [rad/s^2].
+
+    All joints brake alike, so that the arm keeps its direction; one whose speed is not a number is left alone.
+    """
+    stop = -jnp.where(jnp.isfinite(qd), qd, 0.0) / dt
+    return stop / jnp.maximum(jnp.max(jnp.abs(stop) / limits.qdd_max), 1.0)
 
 
 def control_motion(cell: Cell, q: Joints, qd: Joints) -> tuple[PointMotion, PointMotion]:

@@ -1,16 +1,42 @@
 """The cell as the sweep runs it: settings get the status that their metrics call for."""
 
+import re
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.cell import STATUSES, build_world, evaluate, make_cell
-from experiments.settings import set_leaves
+from experiments.cell import STATUSES, build_cell, build_world, evaluate, make_cell
+from experiments.settings import make_settings, set_leaves
+from experiments.store import open_run
+from experiments.sweep import DESCRIPTION, parse
 from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Params
+
+
+def test_examples_of_the_help_are_accepted() -> None:
+    """Every command in --help and in the README means settings that this cell takes."""
+    cell = build_cell(("robotica",), ("nobody",), (0,))
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    commands = re.findall(r"python -m experiments\.sweep( --[^#\n]*)", DESCRIPTION + readme)
+    assert len(commands) >= 6
+    for command in commands:
+        config = parse(shlex.split(command))
+        settings = make_settings(
+            config.grid,
+            cell.params,
+            aliases=cell.aliases,
+            domains=cell.domains,
+            samples=config.sobol,
+            quick=config.quick,
+        )
+        assert settings.count > 0
+    for metric in re.findall(r"\)\.(\w+)\.sel|ds\.(\w+)\.sel", DESCRIPTION + readme + str(open_run.__doc__)):
+        assert "".join(metric) in cell.metrics
 
 
 @pytest.mark.slow

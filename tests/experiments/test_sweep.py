@@ -29,7 +29,7 @@ def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The toy cell in place of the real one, in an empty folder."""
     monkeypatch.setitem(sys.modules, "experiments.cell", toy_cell)
     monkeypatch.setattr(experiments, "cell", toy_cell, raising=False)
-    monkeypatch.setattr("experiments.sweep.code_digest", lambda: "toy")  # somebody may edit the package meanwhile
+    monkeypatch.setattr("experiments.sweep.LOADED_CODE", "toy")  # somebody may edit the package meanwhile
     monkeypatch.chdir(tmp_path)
 
 
@@ -245,7 +245,8 @@ def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
         (["--config", "fast"], "no config 'fast'; accepted: paper, quick, people"),
         (["--config=fast"], "no config 'fast'"),
         (["--by", "beauty"], "--by beauty: no such metric; accepted: score, length"),
-        (["--seed", "-1"], "--seed -1: a seed is not negative"),
+        (["--seed", "-1"], "--seed -1: accepted is 0 to 4294967295"),
+        (["--seed", "4294967296"], "--seed 4294967296: accepted is 0"),
         (["--seed", "1", "1"], "--seed: a value is given twice"),
         (["--seed", "x"], "--seed"),
         (["--scene"], "--scene is empty"),

@@ -62,6 +62,25 @@ def test_damaged_file_is_traced_anew(cache: Path) -> None:
     assert len(counts) == 2
 
 
+@pytest.mark.parametrize("place", [3, -20])
+def test_flipped_byte_is_traced_anew(cache: Path, place: int) -> None:
+    args = ({"a": jnp.arange(3.0)}, jnp.asarray(4.0))
+    counts: list[int] = []
+    run(program(counts), args, "one")
+    (kept,) = cache.iterdir()
+    damaged = bytearray(kept.read_bytes())
+    damaged[place] ^= 1
+    kept.write_bytes(damaged)
+    run(program(counts), args, "one")
+    assert len(counts) == 2
+
+
+def test_code_edited_since_the_start_keeps_nothing(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("experiments.traced.code_digest", lambda: "edited")
+    run(program([]), ({"a": jnp.arange(3.0)}, jnp.asarray(4.0)), "one")
+    assert not cache.exists()
+
+
 def test_without_identity_nothing_is_kept(cache: Path) -> None:
     counts: list[int] = []
     run(program(counts), ({"a": jnp.arange(3.0)}, jnp.asarray(4.0)), None)

@@ -111,7 +111,8 @@ def test_speed_of_the_person() -> None:
     """Measured where given; else 1.6 m/s, and 2.0 m/s for a point nearer than 0.5 m."""
     np.testing.assert_allclose(decide(d=(0.6, 3.0), v_h=0.5)[1].speed_limit, allowed_speed(PARAMS.ssm, 0.6, 0.5))
     d = jnp.array([0.495, 0.6])
-    _, assumed = monitor(PARAMS, initial_zone(jnp.float64), d, jnp.zeros(2), 0.0, DT)
+    fast = SafetyParams(zone=ZoneParams(red_speed=1.0))
+    _, assumed = monitor(fast, initial_zone(jnp.float64), d, jnp.zeros(2), 0.0, DT)
     expected = [allowed_speed(PARAMS.ssm, 0.495, 2.0), allowed_speed(PARAMS.ssm, 0.6, 1.6)]
     np.testing.assert_allclose(assumed.point_limit, expected, rtol=1e-12)
 

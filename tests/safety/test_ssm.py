@@ -14,6 +14,7 @@ from hrcjax.safety import (
     allowed_speed,
     assumed_human_speed,
     protective_distance,
+    safe_distance,
     separation_distance,
     stopping_distance,
     stopping_time,
@@ -22,6 +23,8 @@ from hrcjax.safety import (
 # Compiled once a shape, not operation by operation.
 allowed_speed = jax.jit(allowed_speed)
 separation_distance = jax.jit(separation_distance)
+assumed_human_speed = jax.jit(assumed_human_speed)
+safe_distance = jax.jit(safe_distance)
 
 PARAMS = SsmParams()
 slope = jax.jit(jax.grad(lambda d: allowed_speed(PARAMS, d)))
@@ -118,3 +121,19 @@ def test_derivatives() -> None:
 def test_assumed_human_speed() -> None:
     assert assumed_human_speed(PARAMS, 0.499) == 2.0
     assert assumed_human_speed(PARAMS, 0.5) == 1.6
+
+
+@LAW
+@given(v_r=st.floats(0.0, 2.0), near=st.floats(0.2, 0.8))
+def test_safe_distance_is_the_border_of_what_the_assumed_person_allows(v_r: float, near: float) -> None:
+    """At every distance beyond it the speed is allowed; just nearer it is not."""
+    params = SsmParams(near=near)
+    border = float(safe_distance(params, v_r))
+
+    def allowed(d: float) -> float:
+        return float(allowed_speed(params, d, assumed_human_speed(params, d)))
+
+    for d in (border + 1e-6, border + 0.1, near + 1e-6, 2.0):
+        if d > border:
+            assert allowed(d) >= v_r - 1e-9
+    assert v_r < 1e-3 or allowed(border - 1e-4) < v_r

@@ -18,6 +18,7 @@ from experiments.benchmarks.serial.plain import plain
 from experiments.benchmarks.serial.policy import policy_acceleration
 from experiments.benchmarks.serial.safety import Monitor, Zone, governor
 from hrcjax.field import FieldParams
+from hrcjax.robot import COVER_MARGIN
 from hrcjax.sense import Frames
 from hrcjax.sim import Cell, Params
 from hrcjax.sim.cell import TOOL_REACH
@@ -113,7 +114,7 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         frame, age = newest(seen, time - cell.latency)
         d_all, g_all, d_person, g_person = union(seen.static, seen.moving[frame], body.x)
         clearance = d_all - radii
-        separation = lower_bound(d_person, motion.person_radius, length_scale) - radii
+        separation = lower_bound(d_person, motion.person_radius, length_scale) - radii - COVER_MARGIN
         approach = -(g_person * body.xd).sum(axis=1)
         zone, decision = monitor(zone, separation, approach, age + cell.latency, not seen.overflow[frame])
         speed_limit = float(decision.point_limit.min())
@@ -129,7 +130,8 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         asked = policy_acceleration(
             params.policy, q, qd, tool, reference + axes, velocity, acceleration, body, clearance, g_all, limits, q_start
         )  # fmt: skip
-        brake = -motion.hold_gain * qd
+        brake = -qd / dt
+        brake = brake / max((np.abs(brake) / limits.qdd_max).max(), 1.0)
         bad = not np.isfinite(asked).all()
         ahead = qd + limit_acceleration(brake if bad else asked, q, qd, limits, dt) * dt
         governed = (governor(ahead, body.J, g_person, decision.point_limit) * ahead - qd) / dt

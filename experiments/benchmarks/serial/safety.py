@@ -29,11 +29,12 @@ class Decision(NamedTuple):
     """Stand still in every direction."""
 
 
-def separation_distance(params: SsmParams, v: float) -> float:
-    """S_p at the approach speed v, for the assumed speed of a person (ISO/TS 15066, 5.5.4) [m]."""
+def safe_distance(params: SsmParams, v: float) -> float:
+    """S_p at the approach speed v, for the speed of a person assumed at that distance (ISO/TS 15066, 5.5.4) [m]."""
     stopping = v / params.brake
-    fixed = params.intrusion + params.Z_d + params.Z_r
-    return params.v_h * (params.reaction_time + stopping) + v * params.reaction_time + v * stopping / 2 + fixed
+    fixed = v * (params.reaction_time + stopping / 2) + params.intrusion + params.Z_d + params.Z_r
+    close, far = (fixed + person * (params.reaction_time + stopping) for person in (params.v_h_near, params.v_h))
+    return close if close < params.near else max(far, params.near)
 
 
 def allowed_speeds(params: SsmParams, d: NDArray) -> NDArray:
@@ -67,7 +68,7 @@ class Monitor:
         """Args: dt: length of a tick [s]."""
         self.params, self.dt = params, dt
         speeds = (0.0, params.zone.red_speed, params.zone.nominal_speed)
-        self.stop, self.yellow, self.green = (separation_distance(params.ssm, v) for v in speeds)
+        self.stop, self.yellow, self.green = (safe_distance(params.ssm, v) for v in speeds)
         self.contact = slowest_contact(params.pfl)
 
     def zone_at(self, d: float, slack: float = 0.0) -> int:

@@ -1,0 +1,75 @@
+"""One tick: what the arm does when it must hold, and when what it measures is not a number."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.field import fit
+from hrcjax.numerics import unrolled_options
+from hrcjax.plan import path_curve
+from hrcjax.robot import control_points, tool_frame
+from hrcjax.safety import SsmParams, stopping_distance
+from hrcjax.sim import Params
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_state, joint_limits, tick
+
+
+@pytest.fixture(scope="module")
+def program(cell, world):
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())
+    scene, frames = world.scene, world.frames
+    curve = path_curve(jnp.linspace(0, 1, 24)[:, None].astype(jnp.float32) * (scene.goal - scene.start) + scene.start)
+    R, _ = tool_frame(cell.arm, world.q_start)
+    moving = jax.tree.map(lambda a: a[0], frames.moving)
+
+    def run(state, age):
+        sensed = Sensed(fit(frames.static, params.field), fit(moving, params.field), age, jnp.asarray(True))
+        return tick(params, cell, curve, R, world.q_start, sensed, state)
+
+    return jax.jit(run, compiler_options=unrolled_options())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [0, 4])
+@pytest.mark.parametrize("part", ["q", "qd"])
+def test_measured_nan_is_named_and_reaches_no_command(program, world, part, joint) -> None:
+    state = initial_state(world.q_start)
+    state = eqx.tree_at(lambda s: s.arm.qd, state, jnp.full(6, 0.3, jnp.float32))
+    state = eqx.tree_at(lambda s: getattr(s.arm, part), state, getattr(state.arm, part).at[joint].set(jnp.nan))
+    _, record = program(state, jnp.asarray(0.05, jnp.float32))
+    assert int(record.status) & NOT_FINITE_COMMAND
+    assert np.isfinite(record.qdd).all() and np.isfinite(record.tau).all()
+    others = np.arange(6) != joint if part == "qd" else np.full(6, True)
+    assert np.all(np.asarray(record.qdd)[others] < -5.0), "joints whose speed is known brake"
+
+
+@pytest.mark.slow
+def test_old_data_brake_at_the_joints_full_rate(program, world, cell) -> None:
+    state = eqx.tree_at(lambda s: s.arm.qd, initial_state(world.q_start), jnp.full(6, 0.5, jnp.float32))
+    _, record = program(state, jnp.asarray(0.3, jnp.float32))
+    np.testing.assert_allclose(record.qdd, -15.0, rtol=1e-4)
+
+
+def test_way_of_a_held_arm_is_within_what_separation_counts_on(cell) -> None:
+    """From 1 m/s of its fastest point, in any posture and direction: not more than S_s of ISO/TS 15066 and one tick."""
+    limits = joint_limits(cell, jnp.dtype("float64"))
+    brake = jax.jit(lambda qd: full_brake(qd, limits, cell.dt))
+    points = jax.jit(lambda q: control_points(cell.arm, q))
+    speeds = jax.jit(
+        lambda q, qd: jnp.linalg.norm(jax.jvp(lambda q: control_points(cell.arm, q), (q,), (qd,))[1], axis=1)
+    )
+    random, allowed = np.random.default_rng(0), float(stopping_distance(SsmParams(), 1.0))
+    for _ in range(20):
+        q = random.uniform(-np.pi, np.pi, 6)
+        qd = random.normal(size=6)
+        qd /= np.asarray(speeds(q, qd)).max()
+        qd *= min(1.0, np.pi / np.abs(qd).max())
+        before, way = np.asarray(points(q)), 0.0
+        for _ in range(60):
+            qdd = np.asarray(brake(jnp.asarray(qd)))
+            q, qd = q + qd * cell.dt + qdd * cell.dt**2 / 2, qd + qdd * cell.dt
+            now = np.asarray(points(q))
+            way, before = way + np.linalg.norm(now - before, axis=1), now
+        assert np.abs(qd).max() < 1e-9
+        assert np.max(way) < allowed + 1.0 * cell.dt
