@@ -43,7 +43,7 @@ STATUSES = {
     0: "ok",
     1: "goal not reached in time",
     2: "the arm touched an obstacle",
-    3: "the arm and the person touched",
+    3: "the arm touched the person while it moved",
 }
 
 TRACES = {
@@ -169,7 +169,7 @@ def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:
         touched = kept.metrics.clearance < 0
         status = jnp.where(kept.metrics.success > 0, 0, 1)
         status = jnp.where(touched, 2, status)
-        status = jnp.where(kept.metrics.separation < 0, 3, status)
+        status = jnp.where(kept.hit, 3, status)
         status = jnp.where(kept.run_status & BROKEN != 0, NOT_FINITE, status)
         return {**metrics, **traces, "status": status.astype(jnp.int32)}
 

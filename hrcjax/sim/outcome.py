@@ -13,11 +13,13 @@ from hrcjax.safety import assumed_human_speed, safe_distance, separation_distanc
 from hrcjax.sim.cell import Cell, World
 from hrcjax.sim.episode import Episode
 from hrcjax.sim.params import Params
-from hrcjax.typing import Array, Float, Int, Joints, Scalar
+from hrcjax.typing import Array, Bool, Float, Int, Joints, Scalar
 from hrcjax.world import capsules_obstacle_distances, person_at
 
 REACHED = 0.02
 """Distance of the tool to the goal that counts as reached [m]."""
+MOVING = 0.05
+"""Speed of a joint from which on the arm does not stand [rad/s]."""
 
 
 class Traces(eqx.Module):
@@ -48,6 +50,8 @@ class Outcome(eqx.Module):
     """Bits of the planner's status."""
     run_status: Int[Array, ""]
     """Bits of the ticks' status, any tick."""
+    hit: Bool[Array, ""]
+    """Whether arm and person touched while the arm moved; people who are played back also run into a standing one."""
 
 
 def true_distances(cell: Cell, world: World, q: Joints, t: Scalar) -> tuple[Array, Array]:
@@ -106,4 +110,5 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         zone=record.zone[::k],
     )
     any_tick = jax.lax.reduce(record.status, jnp.zeros((), jnp.int32), jax.lax.bitwise_or, (0,))
-    return Outcome(metrics, traces, run.path.status, any_tick)
+    moving = jnp.max(jnp.abs(record.qd[::k]), axis=1) > MOVING
+    return Outcome(metrics, traces, run.path.status, any_tick, jnp.any(moving & (separation < 0)))

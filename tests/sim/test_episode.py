@@ -68,3 +68,12 @@ def test_a_command_that_is_not_finite_is_named_and_the_arm_holds(program, float_
     assert np.all(np.asarray(run.record.status) & 1)
     assert np.isfinite(run.record.q).all()
     assert np.abs(run.record.qd).max() < 1e-3
+
+
+def test_contact_counts_while_the_arm_moves_only(seen, cell, world, float_params):
+    """The record turned so that the arm stands, or moves, within the person all the time."""
+    run, _ = seen
+    there = eqx.tree_at(lambda w: w.person.radius, world, jnp.full_like(world.person.radius, 5.0))
+    measure = jax.jit(lambda run, world: outcome(float_params, cell, world, run).hit)
+    standing, moving = (eqx.tree_at(lambda r: r.record.qd, run, jnp.full_like(run.record.qd, v)) for v in (0.0, 0.2))
+    assert bool(measure(moving, there)) and not bool(measure(standing, there)) and not bool(measure(moving, world))
