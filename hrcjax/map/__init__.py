@@ -1,0 +1,14 @@
+"""A map of surfaces as a distance field, built frame by frame from depth images."""
+
+from hrcjax.map.fuse import fuse
+from hrcjax.map.layout import MapLayout
+from hrcjax.map.level import Level, local_field
+from hrcjax.map.params import MapParams
+from hrcjax.map.query import map_distance, map_distance_and_gradient
+from hrcjax.map.state import DYNAMIC, LABELS, NEW, NONE, STATIC, FieldMap, FrameReport, empty_map
+from hrcjax.map.view import View, make_view
+
+__all__ = [
+    "DYNAMIC", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameReport", "Level", "MapLayout", "MapParams", "View",
+    "empty_map", "fuse", "local_field", "make_view", "map_distance", "map_distance_and_gradient",
+]  # fmt: skip

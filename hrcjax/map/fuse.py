@@ -1,0 +1,160 @@
+"""One frame into a map: what is seen is fused, what is seen through goes, what is hidden stays."""
+
+import jax.numpy as jnp
+
+from hrcjax.map.blocks import claim, slots_around, store, voxel_of, voxels_around
+from hrcjax.map.coarse import follow, typical_weight
+from hrcjax.map.layout import VOXELS, MapLayout
+from hrcjax.map.level import Level, padded_place
+from hrcjax.map.params import MapParams
+from hrcjax.map.state import DYNAMIC, NEW, NONE, STATIC, FieldMap, FrameReport
+from hrcjax.map.view import View
+from hrcjax.map.visibility import blocks_in_view, seen_through
+from hrcjax.map.weigh import refit
+from hrcjax.sense import Camera
+from hrcjax.typing import Array, Bool, Float, Int, Scalar
+
+CANDIDATES = 1024
+"""Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new and nothing goes."""
+
+
+def _near_any(
+    blocks: Level,
+    marks: Bool[Array, "row voxel"],
+    points: Float[Array, "row 3 voxel"],
+    table: Int[Array, "slot"] | None,
+    place: Int[Array, "n 3"],
+    voxel: Int[Array, "n"],
+    x: Float[Array, "n 3"],
+    distance: Scalar,
+) -> Bool[Array, "n"]:
+    """Whether a marked point lies within a distance [m] of each point, in its voxel or the 26 about it.
+
+    Args:
+        marks, points: which voxels hold a point, and where; by slot, or by row of a table.
+        table: row of every slot; None: rows are slots.
+        place, voxel, x: padded place of each point's block, its voxel there, its coordinates [m].
+    """
+    slot, at = voxels_around(blocks, place, voxel)
+    row = slot if table is None else table.at[slot].get(mode="fill", fill_value=marks.shape[0])
+    there = marks.at[row, at].get(mode="fill", fill_value=False)
+    other = points.at[row, :, at].get(mode="fill", fill_value=0)
+    r2 = jnp.sum((other - x[:, None, :]) ** 2, axis=-1)
+    return jnp.any(there & (r2 < jnp.asarray(distance, x.dtype) ** 2), axis=1)
+
+
+def fuse(
+    layout: MapLayout, params: MapParams, state: FieldMap, camera: Camera, view: View
+) -> tuple[FieldMap, FrameReport]:
+    """The map after one frame.
+
+    A point of the map that the frame sees again moves to the mean of both, weighed by their variances. One that the
+    image sees through, with nothing of the frame about it, is dynamic, and goes after `patience` such frames. What is
+    hidden or out of sight stays. What appears farther than `new_distance` from all points of the map is new.
+
+    Args:
+        view: of the camera's image, without the robot.
+    """
+    base, capacity, dtype = state.levels[0], layout.capacity, view.points.dtype
+    lower = jnp.asarray(layout.lower, dtype)
+    upper = lower + jnp.asarray(layout.shape, dtype) * layout.edge_of(0)
+    inside = jnp.all((view.points > lower) & (view.points < upper), axis=1)
+    base, slot, lost = claim(base, padded_place(layout, 0, view.points), view.mask & inside, layout.born)
+
+    # the frame's own points, voxel by voxel of the blocks in view
+    in_view = blocks_in_view(layout, params, base, camera)
+    seen = jnp.nonzero(in_view, size=layout.seen, fill_value=capacity)[0].astype(jnp.int32)
+    number = jnp.arange(layout.seen, dtype=jnp.int32)
+    table = jnp.full((capacity,), layout.seen, jnp.int32).at[seen].set(number, mode="drop")
+    row = table.at[slot].get(mode="fill", fill_value=layout.seen)
+    weight = 1.0 / (view.variance + params.least_deviation**2)
+    parts = jnp.concatenate([weight[:, None] * (view.points - camera.position), weight[:, None]], axis=1)
+    sums = jnp.zeros((layout.seen * VOXELS, 4), dtype)
+    sums = sums.at[row * VOXELS + voxel_of(layout, 0, view.points)].add(parts, mode="drop")
+    sums = jnp.moveaxis(sums.reshape(layout.seen, VOXELS, 4), 2, 1)
+    observed = sums[:, 3] > 0
+    frame = camera.position[:, None] + sums[:, :3] / jnp.maximum(sums[:, 3:], 1.0)
+
+    # fused with the map's
+    rows = base.rows.at[seen].get(mode="fill", fill_value=0)
+    information = state.information.at[seen].get(mode="fill", fill_value=0)
+    missed = state.missed.at[seen].get(mode="fill", fill_value=0)
+    label = state.label.at[seen].get(mode="fill", fill_value=0)
+    place = base.place.at[seen].get(mode="fill", fill_value=1)
+    exists = rows[:, 3] > 0
+    gain = jnp.where(observed, jnp.minimum(sums[:, 3], 1.0 / params.least_deviation**2), 0.0)
+    total = information + gain
+    step = (gain / jnp.maximum(total, 1.0))[:, None] * (frame - rows[:, :3])
+    points = jnp.where(exists[:, None], rows[:, :3] + step, frame)
+    fresh = observed & ~exists
+    move = jnp.max(jnp.where(exists & observed, jnp.sum(step * step, axis=1), 0.0), axis=1)
+
+    def candidates(which: Bool[Array, "row voxel"]) -> tuple[Array, tuple[Array, Array, Array]]:
+        index = jnp.nonzero(which.reshape(-1), size=CANDIDATES, fill_value=which.size)[0].astype(jnp.int32)
+        r, v = jnp.minimum(index // VOXELS, layout.seen - 1), index % VOXELS
+        return index, (place[r], v, points[r, :, v])
+
+    # seen through, and nothing of this frame about: the frustum's own field is far from there
+    through = exists & ~observed & seen_through(params, camera, view, points[:, 0], points[:, 1], points[:, 2])
+    index, asked = candidates(through)
+    clear = ~_near_any(base, observed, frame, table, *asked, params.clear_distance)
+    dynamic = jnp.zeros(through.size, bool).at[index].set(clear, mode="drop").reshape(through.shape)
+    index, asked = candidates(fresh)
+    known = _near_any(base, base.rows[:, 3] > 0, base.rows[:, :3], None, *asked, params.new_distance)
+    new = fresh & ~jnp.zeros(fresh.size, bool).at[index].set(known, mode="drop").reshape(fresh.shape)
+
+    missed = jnp.where(observed, 0, missed + dynamic.astype(jnp.int8)).astype(jnp.int8)
+    gone = exists & (missed.astype(dtype) >= params.patience)
+    there = (exists | observed) & ~gone
+    label = jnp.where(observed, STATIC, label)
+    label = jnp.where(new, NEW, jnp.where(dynamic, DYNAMIC, label))
+    label = jnp.where(there, label, NONE).astype(jnp.int8)
+    most = params.memory / params.least_deviation**2
+    information = jnp.where(there, jnp.minimum(total, most), 0.0)
+    alpha = jnp.where(there, jnp.where(fresh, typical_weight(layout, 0, params).astype(dtype), rows[:, 3]), 0.0)
+    rows = jnp.concatenate([jnp.where(there[:, None], points, 0.0), alpha[:, None]], axis=1)
+
+    # weights of what has changed, and of the blocks about it
+    drift = state.drift.at[seen].get(mode="fill", fill_value=0) + move
+    changed = jnp.any(fresh | gone, axis=1) | (drift > (params.drift * layout.spacing) ** 2)
+    changed = changed & (seen < capacity)
+    about = jnp.where(changed[:, None], slots_around(base, place), capacity)
+    drift = state.drift.at[seen].set(jnp.where(changed, 0.0, drift), mode="drop")
+    base = store(base, seen, rows)
+    stale = state.stale[0].at[about].set(True, mode="drop") & (base.place[:, 0] > 0)
+    base, stale, turn = refit(layout, 0, base, stale, state.turn[0], params)
+
+    levels, waiting, turns = [base], [stale], [turn]
+    below, points_below, changed_below = place, rows, changed
+    for k in range(1, layout.levels):
+        level, stale, turn, below, points_below, changed_below = follow(
+            layout, k, state.levels[k], state.stale[k], state.turn[k], below, points_below, changed_below, params
+        )
+        turns.append(turn)
+        levels.append(level)
+        waiting.append(stale)
+
+    def count(which: Bool[Array, "..."]) -> Int[Array, ""]:
+        return jnp.sum(which, dtype=jnp.int32)
+
+    report = FrameReport(
+        points=count(there),
+        blocks=count(base.place[:, 0] > 0),
+        new=count(new),
+        dynamic=count(dynamic),
+        removed=count(gone),
+        waiting=count(waiting[0]),
+        lost=lost,
+        outside=count(view.mask & ~inside),
+        unseen=count(in_view) - count(seen < capacity),
+    )
+    fused = FieldMap(
+        levels=tuple(levels),
+        stale=tuple(waiting),
+        turn=jnp.stack(turns),
+        information=state.information.at[seen].set(information, mode="drop"),
+        missed=state.missed.at[seen].set(missed, mode="drop"),
+        label=state.label.at[seen].set(label, mode="drop"),
+        drift=drift,
+    )
+    return fused, report

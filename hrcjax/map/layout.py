@@ -1,0 +1,64 @@
+"""Where a map lies and how much it can hold: everything static, so that a growing map compiles nothing anew.
+
+Level 0 keeps one point a voxel. 4 x 4 x 4 voxels are a block; the points of a block and of those about it are a local
+Gaussian process. The mean points of blocks are the voxels of level 1, and so on: far away from everything a coarse
+level answers.
+"""
+
+from dataclasses import dataclass
+
+from jaxtyping import ArrayLike
+
+EDGE = 4
+"""Voxels along the edge of a block."""
+VOXELS = EDGE**3
+"""Voxels of a block."""
+COARSE = 0.5
+"""Length scale of coarse levels over their spacing [1]."""
+REACH = 4
+"""Blocks on every side of a query's block among which its local process is looked for."""
+
+
+@dataclass(frozen=True)
+class MapLayout:
+    """Sizes of a map. Defaults: the surroundings of an arm."""
+
+    lower: tuple[float, float, float] = (-2.0, -2.0, -0.4)
+    """Corner of the mapped box with the least coordinates [m]."""
+    shape: tuple[int, int, int] = (40, 40, 24)
+    """Blocks of level 0 along x, y and z."""
+    spacing: float = 0.025
+    """Edge of a voxel of level 0 [m]."""
+    capacity: int = 4096
+    """Blocks of level 0 that can hold points."""
+    levels: int = 3
+    """Level 0 and the coarser ones, each with four times the spacing of the one before."""
+    seen: int = 2048
+    """Blocks that one frame can see; a frame that sees more leaves the others as they are, and says so."""
+    born: int = 1024
+    """Blocks that one frame can add."""
+    refitted: int = 384
+    """Blocks fitted anew with one frame; further ones wait for the next frame."""
+
+    def spacing_of(self, level: int) -> float:
+        """Edge of a voxel [m]."""
+        return self.spacing * EDGE**level
+
+    def scale_of(self, level: int, ratio: ArrayLike) -> ArrayLike:
+        """Length scale of a level [m]: `ratio` spacings of level 0; of the coarser ones, which are read from afar, where
+        dimples have smoothed out, COARSE spacings."""
+        return ratio * self.spacing if level == 0 else COARSE * self.spacing_of(level)
+
+    def edge_of(self, level: int) -> float:
+        """Edge of a block [m]."""
+        return self.spacing_of(level) * EDGE
+
+    def shape_of(self, level: int) -> tuple[int, int, int]:
+        """Blocks along x, y and z."""
+        x, y, z = (-(-n // EDGE**level) for n in self.shape)
+        return x, y, z
+
+    def capacity_of(self, level: int) -> int:
+        """Blocks that can hold points; a surface has at most as many coarse blocks as fine ones."""
+        x, y, z = self.shape_of(level)
+        return min(x * y * z, self.capacity)

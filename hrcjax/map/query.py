@@ -1,0 +1,109 @@
+"""Distance of a point to everything in a map: the finest level that reaches so far, blended into the coarser ones."""
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.field import FAR
+from hrcjax.field.closed_form import read
+from hrcjax.field.curvature import curvature_correction
+from hrcjax.field.kernel import blended_root
+from hrcjax.map.layout import REACH, MapLayout
+from hrcjax.map.level import Level, block_rows, nearest_blocks
+from hrcjax.typing import Array, Float, Scalar, Vector3
+
+NEAREST = 16
+"""Blocks of a level that a query reads."""
+BLEND = (0.75, 0.97)
+"""Between these shares of a level's reach its distance gives way to that of the next level [1]."""
+_LEAST_EXPONENT = -60.0
+_FAR_SQUARED = 1e6
+
+
+def _kernels(
+    rows: Float[Array, "block 4 voxel"], length_scale: Float[Array, ""], x: Vector3
+) -> tuple[list[Array], Array, Array, Array]:
+    """Offsets from the points to x [m], their shares in the occupancy, its logarithm, and whether there is any."""
+    there = rows[:, 3] > 0
+    offsets = [x[a] - rows[:, a] for a in range(3)]
+    r2 = jnp.where(there, offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2, _FAR_SQUARED)
+    nearest = jax.lax.stop_gradient(jnp.min(r2))
+    some = nearest < _FAR_SQUARED
+    precision = 0.5 / length_scale**2
+    k = rows[:, 3] * jnp.exp(jnp.maximum(precision * (nearest - r2), _LEAST_EXPONENT))
+    total = jnp.where(some, jnp.sum(k), 1.0)
+    return offsets, k / total, jnp.log(total) - precision * nearest, some
+
+
+def rows_distance_and_gradient(
+    rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3
+) -> tuple[Float[Array, ""], Vector3]:
+    """`hrcjax.field.distance_and_gradient` of the points of some blocks, channel by channel [m], [1]."""
+    scale = jnp.asarray(length_scale, x.dtype)
+    offsets, share, log_o, some = _kernels(rows, scale, x)
+    return read(log_o, jnp.stack([jnp.sum(share * d) for d in offsets]), some, scale)
+
+
+def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> Float[Array, ""]:
+    """The distance of the points of some blocks, without what the curvature of their surface adds to it [m].
+
+    See `hrcjax.field.curvature`. FAR if there are no points.
+    """
+    scale = jnp.asarray(length_scale, x.dtype)
+    d, share, log_o, some = _kernels(rows, scale, x)
+    c = [jnp.sum(share * e) for e in d]
+    second = [[jnp.sum(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
+    spread = jnp.stack([jnp.stack([second[max(i, j)][min(i, j)] for j in range(3)]) for i in range(3)])
+    v = -2.0 * log_o + curvature_correction(spread, jnp.stack(c), scale)
+    return jnp.where(some, scale * blended_root(v), FAR)
+
+
+def _share(reach: float, d: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Share of the coarser levels at the distance d that a level reads [1], and its derivative [1/m]."""
+    width = (BLEND[1] - BLEND[0]) * reach
+    t = jnp.clip((d - BLEND[0] * reach) / width, 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
+
+
+def _rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
+    if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
+        return blocks.rows
+    x = jax.lax.stop_gradient(x)
+    return block_rows(blocks, nearest_blocks(layout, level, blocks, x, min(NEAREST, blocks.place.shape[0])))
+
+
+def map_distance_and_gradient(
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3
+) -> tuple[Float[Array, ""], Vector3]:
+    """Distance to the mapped surfaces [m] and its gradient [1]; FAR and 0 if the map has no points.
+
+    Args:
+        ratio: length scale over spacing [1].
+    """
+    d, g = jnp.asarray(FAR, x.dtype), jnp.zeros_like(x)
+    for level in reversed(range(layout.levels)):
+        rows = _rows_about(layout, level, levels[level], x)
+        near, towards = rows_distance_and_gradient(rows, layout.scale_of(level, ratio), x)
+        share, slope = _share(layout.edge_of(level) * REACH, near)
+        if level == layout.levels - 1:
+            share, slope = jnp.zeros_like(share), jnp.zeros_like(slope)
+        g = (1 - share) * towards + share * g + slope * (d - near) * towards
+        d = near + share * (d - near)
+    return d, g
+
+
+def map_distance(
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3, corrected: bool = True
+) -> Float[Array, ""]:
+    """Distance to the mapped surfaces [m]; FAR if the map has no points.
+
+    Args:
+        ratio: length scale over spacing [1].
+        corrected: without what curvature adds; False: the value of `map_distance_and_gradient`.
+    """
+    d = jnp.asarray(FAR, x.dtype)
+    for level in reversed(range(layout.levels)):
+        rows, scale = _rows_about(layout, level, levels[level], x), layout.scale_of(level, ratio)
+        near = corrected_distance(rows, scale, x) if corrected else rows_distance_and_gradient(rows, scale, x)[0]
+        share, _ = _share(layout.edge_of(level) * REACH, near)
+        d = near if level == layout.levels - 1 else near + share * (d - near)
+    return d

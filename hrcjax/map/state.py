@@ -1,0 +1,69 @@
+"""What a map knows, and what one frame did to it."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.map.layout import VOXELS, MapLayout
+from hrcjax.map.level import Level, empty_level
+from hrcjax.typing import Array, Bool, Float, Int
+
+NONE, NEW, STATIC, DYNAMIC = 0, 1, 2, 3
+"""What a point is: seen for the first time where nothing was; seen again; seen through, and about to go."""
+LABELS = ("none", "new", "static", "dynamic")
+
+
+class FieldMap(eqx.Module):
+    """A map of surfaces as a distance field. Level 0 carries the knowledge, the coarser ones follow it."""
+
+    levels: tuple[Level, ...]
+    """Points and weights, finest first."""
+    stale: tuple[Bool[Array, "_"], ...]
+    """Blocks of each level whose weights wait to be fitted."""
+    turn: Int[Array, "level"]
+    """The slot of each level at which fitting goes on."""
+    information: Float[Array, "slot voxel"]
+    """Inverse variance of the points of level 0, as far as it is remembered [1/m^2]."""
+    missed: Int[Array, "slot voxel"]
+    """Frames in a row that saw through a point."""
+    label: Int[Array, "slot voxel"]
+    """NONE, NEW, STATIC or DYNAMIC."""
+    drift: Float[Array, "slot"]
+    """Sum of the squares of the largest moves of a block's points since they were fitted [m^2]."""
+
+
+class FrameReport(eqx.Module):
+    """What one frame did. Where one of the last three is not 0 the map is incomplete."""
+
+    points: Int[Array, ""]
+    """Points in the blocks that the frame saw."""
+    blocks: Int[Array, ""]
+    """Blocks of level 0 with points."""
+    new: Int[Array, ""]
+    """Points that appeared where nothing was."""
+    dynamic: Int[Array, ""]
+    """Points that were seen through."""
+    removed: Int[Array, ""]
+    """Points that went."""
+    waiting: Int[Array, ""]
+    """Blocks of level 0 whose weights wait for the next frame."""
+    lost: Int[Array, ""]
+    """Blocks without a place: `capacity` or `born` is exhausted."""
+    outside: Int[Array, ""]
+    """Tiles outside the mapped box."""
+    unseen: Int[Array, ""]
+    """Blocks in view that were left as they are: `seen` is exhausted."""
+
+
+def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> FieldMap:
+    """A map without points."""
+    shape = (layout.capacity, VOXELS)
+    levels = range(layout.levels)
+    return FieldMap(
+        levels=tuple(empty_level(layout, k, dtype) for k in levels),
+        stale=tuple(jnp.zeros(layout.capacity_of(k), bool) for k in levels),
+        turn=jnp.zeros(layout.levels, jnp.int32),
+        information=jnp.zeros(shape, dtype),
+        missed=jnp.zeros(shape, jnp.int8),
+        label=jnp.zeros(shape, jnp.int8),
+        drift=jnp.zeros(layout.capacity, dtype),
+    )

@@ -1,0 +1,64 @@
+"""One depth image in tiles of some pixels: the mean point of each tile and how far it is seen through."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.sense import Camera
+from hrcjax.typing import Array, Bool, Float, Scalar
+
+TILE = 4
+"""Pixels along the edge of a tile."""
+LEAST_PIXELS = 4
+"""Pixels of a tile that must lie near its reference for the tile to count; flying pixels hang alone."""
+
+
+class View(eqx.Module):
+    """What one image says, tile by tile."""
+
+    points: Float[Array, "tile 3"]
+    """Mean point of the tile's surface, in the world [m]."""
+    mask: Bool[Array, "tile"]
+    """True where enough pixels agree."""
+    variance: Float[Array, "tile"]
+    """Variance of that point along the ray [m^2]."""
+    depth: Float[Array, "row column"]
+    """Least depth of any pixel of a tile; 0 where any of its pixels has none: seen through up to here at least [m]."""
+
+
+def make_view(camera: Camera, depth: Float[Array, "height width"], noise: Scalar, gap: Scalar = 0.02) -> View:
+    """Tiles of an image. Of each, the pixels within `gap` of its reference, one of the inner pixels, are averaged.
+
+    Args:
+        depth: measured; 0 or not finite: no measurement [m].
+        noise: standard deviation of a pixel's depth over the square of that depth, s / (f B) [1/m].
+        gap: at 1 m and nearer; farther in proportion to the depth [m].
+    """
+    h, w = depth.shape[0] // TILE, depth.shape[1] // TILE
+    depth = jnp.where(jnp.isfinite(depth) & (depth > 0), depth, 0.0)[: h * TILE, : w * TILE]
+    z = {(i, j): depth[i::TILE, j::TILE] for i in range(TILE) for j in range(TILE)}
+    reference = z[1, 1]
+    for place in ((2, 2), (1, 2), (2, 1)):
+        reference = jnp.where(reference > 0, reference, z[place])
+    margin = gap * jnp.maximum(reference, 1.0)
+    zero = jnp.zeros_like(reference)
+    n, sz, sx, sy, least, complete = zero, zero, zero, zero, jnp.full_like(zero, jnp.inf), zero
+    u0 = (TILE * jnp.arange(w).astype(depth.dtype) - camera.cx) / camera.fx
+    v0 = (TILE * jnp.arange(h).astype(depth.dtype) - camera.cy)[:, None] / camera.fy
+    for (i, j), pixel in z.items():
+        keep = jnp.where((pixel > 0) & (jnp.abs(pixel - reference) <= margin), 1.0, 0.0)
+        kept = keep * pixel
+        n, sz = n + keep, sz + kept
+        sx, sy = sx + kept * (u0 + j / camera.fx), sy + kept * (v0 + i / camera.fy)
+        least = jnp.minimum(least, pixel)
+        complete = complete + jnp.where(pixel > 0, 1.0, 0.0)
+    count = jnp.maximum(n, 1.0)
+    local = [sx / count, sy / count, sz / count]
+    R, o = camera.rotation, camera.position
+    points = [o[a] + R[a, 0] * local[0] + R[a, 1] * local[1] + R[a, 2] * local[2] for a in range(3)]
+    deviation = noise * local[2] ** 2
+    return View(
+        points=jnp.stack([p.reshape(-1) for p in points], axis=-1),
+        mask=(n >= LEAST_PIXELS).reshape(-1),
+        variance=(deviation**2 / count).reshape(-1),
+        depth=jnp.where(complete >= TILE * TILE, least, 0.0),
+    )

@@ -1,0 +1,54 @@
+"""What a camera can see of a map: blocks in its frustum, and points that its image sees through."""
+
+import jax.numpy as jnp
+
+from hrcjax.map.layout import REACH, MapLayout
+from hrcjax.map.level import Level
+from hrcjax.map.params import MapParams
+from hrcjax.map.view import TILE, View
+from hrcjax.sense import Camera
+from hrcjax.typing import Array, Bool, Float, Scalar
+
+_HALF_DIAGONAL = 3**0.5 / 2
+
+
+def blocks_in_view(layout: MapLayout, params: MapParams, blocks: Level, camera: Camera) -> Bool[Array, "slot"]:
+    """True where the ball about a block touches the camera's frustum."""
+    dtype, edge = blocks.rows.dtype, layout.edge_of(0)
+    centre = jnp.asarray(layout.lower, dtype) + (blocks.place - REACH).astype(dtype) * edge + edge / 2
+    x, y, z = jnp.moveaxis((centre - camera.position) @ camera.rotation, 1, 0)
+    radius = _HALF_DIAGONAL * edge
+
+    def between(a: Array, pixels: int, middle: Scalar, focal: Scalar) -> Array:
+        low, high = jnp.asarray(-middle / focal, dtype), jnp.asarray((pixels - middle) / focal, dtype)
+        inside = a - low * z > -radius * jnp.sqrt(1 + low * low)
+        return inside & (high * z - a > -radius * jnp.sqrt(1 + high * high))
+
+    seen = between(x, camera.width, camera.cx, camera.fx) & between(y, camera.height, camera.cy, camera.fy)
+    return seen & (z > -radius) & (z < params.far + radius) & (blocks.place[:, 0] > 0)
+
+
+def seen_through(
+    params: MapParams, camera: Camera, view: View, x: Float[Array, "*n"], y: Float[Array, "*n"], z: Float[Array, "*n"]
+) -> Bool[Array, "*n"]:
+    """True where the image sees farther than a point along its ray, in its tile and the eight about it.
+
+    A tile without depth in any of its pixels sees nothing: what is hidden, or not measured, is not seen through.
+
+    Args:
+        x, y, z: coordinates of points in the world [m].
+    """
+    R, o = camera.rotation, camera.position
+    offset = (x - o[0], y - o[1], z - o[2])
+    a, b, depth = (sum(R[i, j] * offset[i] for i in range(3)) for j in range(3))
+    padded = jnp.pad(view.depth, 1)
+    least = jnp.minimum(jnp.minimum(padded[:-2], padded[1:-1]), padded[2:])
+    least = jnp.minimum(jnp.minimum(least[:, :-2], least[:, 1:-1]), least[:, 2:])
+    rows, columns = view.depth.shape
+    before = depth > params.near
+    safe = jnp.where(before, depth, 1.0)
+    u = jnp.floor((camera.fx * a / safe + camera.cx + 0.5) / TILE).astype(jnp.int32)
+    v = jnp.floor((camera.fy * b / safe + camera.cy + 0.5) / TILE).astype(jnp.int32)
+    inside = before & (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
+    measured = least.reshape(-1)[jnp.where(inside, v * columns + u, 0)]
+    return jnp.asarray(inside) & jnp.asarray(measured > depth + params.through + params.pixel_noise * depth * depth)

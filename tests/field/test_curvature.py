@@ -1,0 +1,62 @@
+"""The correction for curvature on densely sampled balls, tubes and planes."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax.test_util import check_grads
+from samples import cylinder, plane, sphere
+
+from hrcjax.field import FieldParams, fit
+from hrcjax.field.curvature import curvature_correction
+from hrcjax.field.gp import log_occupancy
+
+SCALE = 0.02
+
+
+@jax.jit
+def both(points, x):
+    """The field's distance, and the corrected one, by the definition of the spread."""
+    field = fit(cloud_of(points), FieldParams(SCALE, 1e-3))
+    k = field.weights * jnp.exp(-jnp.sum((x - field.points) ** 2, axis=1) / (2 * SCALE**2))
+    share = k / jnp.sum(k)
+    mean = share @ field.points
+    spread = (field.points - mean).T @ (share[:, None] * (field.points - mean))
+    v = -2 * log_occupancy(field, x)
+    v_corrected = v + curvature_correction(spread, x - mean, jnp.asarray(SCALE))
+    return SCALE * jnp.sqrt(v), SCALE * jnp.sqrt(v_corrected)
+
+
+def cloud_of(points):
+    from hrcjax.geom.cloud import Cloud
+
+    return Cloud(points, jnp.ones(points.shape[0], bool))
+
+
+@pytest.mark.parametrize("d", [0.02, 0.05, 0.1])
+def test_balls_and_tubes(d: float) -> None:
+    for points, radius in ((sphere(3000, 0.08), 0.08), (cylinder(0.06, 0.008, 0.3), 0.06)):
+        plain, corrected = both(jnp.asarray(points), jnp.asarray([radius + d, 0.0, 0.0]))
+        assert plain - d > 8e-4
+        np.testing.assert_allclose(corrected, d, atol=1e-3 if d <= SCALE else 4e-4)
+
+
+def test_planes_stay() -> None:
+    plain, corrected = both(jnp.asarray(plane(20, 0.012)), jnp.asarray([0.003, 0.002, 0.05]))
+    np.testing.assert_allclose(corrected, plain, atol=2e-4)
+
+
+def test_concave_surfaces_stay_on_the_safe_side() -> None:
+    """In the middle of a hollow ball's half the spread is large: nothing is added."""
+    spread = 4 * SCALE**2 * jnp.eye(3)
+    assert abs(float(curvature_correction(spread, jnp.asarray([0.0, 0.0, 0.05]), jnp.asarray(SCALE)))) < 0.01
+
+
+def test_derivatives_are_finite_where_the_normal_is_not_known() -> None:
+    spread = SCALE**2 * jnp.diag(jnp.asarray([1.0, 0.6, 0.0]))
+    slope = jax.grad(curvature_correction, argnums=(0, 1))(spread, jnp.zeros(3), jnp.asarray(SCALE))
+    assert all(np.isfinite(g).all() for g in slope)
+    check_grads(lambda c: curvature_correction(spread, jnp.asarray(c), jnp.asarray(SCALE)), (jnp.asarray([0.01, 0.02, 0.03]),), 1, rtol=1e-3)
+    shape = jnp.diag(jnp.asarray([1.0, 0.6, 0.1]))
+    offset = jnp.asarray([0.0, 0.01, 0.03])
+    check_grads(lambda s: curvature_correction(SCALE**2 * jnp.asarray(s), offset, jnp.asarray(SCALE)), (shape,), 1)

@@ -1,0 +1,147 @@
+"""Frames into a map: a still scene, a thing that moves, a thing that passes in front, and all that can be missing."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.map import DYNAMIC, NEW, MapLayout, MapParams, empty_map, fuse, make_view
+from hrcjax.sense import NoiseParams, d435i
+from hrcjax.sense.camera import render_scene
+from hrcjax.sense.noise import measure
+from hrcjax.world.scene import BOX, scene_distance
+from hrcjax.world.scenes import Obstacle, make_scene
+
+EYE = (0.0, -0.9, 0.8)
+ROOM = ((0.0,) * 3, (0.1,) * 3, (0.0,) * 3, (1.0,) * 3)
+
+
+def scene_with(*boxes):
+    """The table, and upright boxes given by middle and half extents."""
+    return make_scene([Obstacle(BOX, middle, half, 0.0, 0.1) for middle, half in boxes], *ROOM)
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return d435i(jnp.asarray(EYE, jnp.float32), jnp.asarray([0.0, 0.05, 0.05], jnp.float32), 1)
+
+
+@pytest.fixture(scope="module")
+def look(camera):
+    """(scene, number of the frame) -> a measured image."""
+    render = jax.jit(lambda scene: render_scene(camera, scene))
+    noisy = jax.jit(lambda image, key: measure(image, camera, key, NoiseParams()))
+    return lambda scene, k: noisy(render(scene), jax.random.key(k))
+
+
+def points_of(state) -> tuple[np.ndarray, np.ndarray]:
+    rows = np.asarray(state.levels[0].rows)
+    there = rows[:, 3] > 0
+    return np.moveaxis(rows[:, :3], 1, 2)[there], np.asarray(state.label)[there]
+
+
+def within(points: np.ndarray, middle, half, margin: float = 0.02) -> np.ndarray:
+    return (np.abs(points - np.asarray(middle)) < np.asarray(half) + margin).all(axis=1)
+
+
+BOX_A, BOX_B, HALF = (-0.15, 0.1, 0.06), (0.2, 0.1, 0.06), (0.05, 0.05, 0.06)
+
+
+@pytest.fixture(scope="module")
+def still(layout, program, camera, look):
+    """The map after six frames of a box on the table, and the last report."""
+    state, scene = empty_map(layout), scene_with((BOX_A, HALF))
+    for k in range(6):
+        state, report = program(state, camera, look(scene, k))
+    return state, report, scene
+
+
+def test_points_lie_on_the_surfaces(still) -> None:
+    state, report, scene = still
+    points, _ = points_of(state)
+    d = np.abs(jax.vmap(lambda x: scene_distance(scene, x))(jnp.asarray(points)))
+    assert len(points) > 1000 and int(report.lost) == int(report.unseen) == 0
+    assert np.median(d) < 0.001 and np.percentile(d, 95) < 0.004
+    assert int(report.new) < 0.01 * len(points) and int(report.removed) == 0
+
+
+def test_boxes_about_points_and_slots_are_true(still, layout) -> None:
+    state, _, _ = still
+    for level in state.levels:
+        slot, place, rows, box = (np.asarray(v) for v in (level.slot, level.place, level.rows, level.box))
+        used = np.flatnonzero(place[:, 0])
+        assert len(used) == (slot < len(place)).sum() > 0
+        assert (slot[tuple(place[used].T)] == used).all()
+        for s in used:
+            points = rows[s, :3, rows[s, 3] > 0]
+            np.testing.assert_allclose(box[:3, *place[s]], points.min(axis=0), atol=1e-6)
+            np.testing.assert_allclose(box[3:, *place[s]], points.max(axis=0), atol=1e-6)
+
+
+def test_what_moved_away_goes_within_two_frames_and_what_came_is_new_at_once(still, program, camera, look) -> None:
+    state, _, _ = still
+    moved = scene_with((BOX_B, HALF))
+    before, _ = points_of(state)
+    stale = within(before, BOX_A, HALF) & (before[:, 2] > 0.03)
+    state, first = program(state, camera, look(moved, 10))
+    points, label = points_of(state)
+    came = within(points, BOX_B, HALF) & (points[:, 2] > 0.03)
+    assert came.sum() > 40 and (label[came] == NEW).mean() > 0.95
+    assert int(first.dynamic) > 0.95 * stale.sum() and (label == DYNAMIC).sum() == int(first.dynamic)
+    state, _ = program(state, camera, look(moved, 11))
+    points, _ = points_of(state)
+    left = within(points, BOX_A, HALF) & (points[:, 2] > 0.03)
+    assert stale.sum() > 40 and left.sum() <= 0.05 * stale.sum()
+
+
+def test_what_is_hidden_stays(still, program, camera, look) -> None:
+    """A board before the camera: of all the points behind it none goes."""
+    state, _, _ = still
+    before, _ = points_of(state)
+    board = scene_with((BOX_A, HALF), ((0.0, -0.45, 0.35), (0.3, 0.01, 0.25)))
+    for k in range(4):
+        state, _ = program(state, camera, look(board, 20 + k))
+    points, _ = points_of(state)
+    behind = before[:, 1] > -0.3
+    kept = sum(1 for p in before[behind] if np.min(np.sum((points - p) ** 2, axis=1)) < 0.01**2)
+    assert behind.sum() > 500 and kept > 0.99 * behind.sum()
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -1.0])
+def test_an_image_without_depth_changes_nothing(still, program, camera, value: float) -> None:
+    state, _, _ = still
+    after, report = program(state, camera, jnp.full((480, 640), value, jnp.float32))
+    assert int(report.removed) == int(report.new) == int(report.dynamic) == 0
+    assert (points_of(after)[0] == points_of(state)[0]).all()
+
+
+def test_no_capacity_is_a_number_in_the_report(camera, look) -> None:
+    small = MapLayout(lower=(-0.6, -0.6, -0.2), shape=(12, 12, 8), capacity=32, seen=512, born=512, refitted=64)
+    step = jax.jit(lambda state, depth: fuse(small, MapParams(), state, camera, make_view(camera, depth, 4e-3)))
+    state, report = step(empty_map(small), look(scene_with((BOX_A, HALF)), 0))
+    assert int(report.lost) > 50 and int(report.blocks) == 32
+    assert np.isfinite(points_of(state)[0]).all()
+
+
+def test_one_program_whatever_the_map_holds(layout, camera, look) -> None:
+    traces = []
+
+    @jax.jit
+    def step(state, camera, depth):
+        traces.append(1)
+        return fuse(layout, MapParams(), state, camera, make_view(camera, depth, 4e-3))
+
+    state = empty_map(layout)
+    for k, scene in enumerate((scene_with(), scene_with((BOX_A, HALF)), scene_with((BOX_A, HALF), (BOX_B, HALF)))):
+        state, _ = step(state, camera, look(scene, k))
+    other = dataclasses.replace(camera, position=camera.position + 0.1)
+    step(state, other, look(scene_with(), 9))
+    assert len(traces) == 1
+
+
+def test_memory_of_a_point_is_bounded(still) -> None:
+    state, _, _ = still
+    most = MapParams().memory / MapParams().least_deviation ** 2
+    assert float(jnp.max(state.information)) <= most * (1 + 1e-6)
