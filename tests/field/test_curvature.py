@@ -56,7 +56,12 @@ def test_derivatives_are_finite_where_the_normal_is_not_known() -> None:
     spread = SCALE**2 * jnp.diag(jnp.asarray([1.0, 0.6, 0.0]))
     slope = jax.grad(curvature_correction, argnums=(0, 1))(spread, jnp.zeros(3), jnp.asarray(SCALE))
     assert all(np.isfinite(g).all() for g in slope)
-    check_grads(lambda c: curvature_correction(spread, jnp.asarray(c), jnp.asarray(SCALE)), (jnp.asarray([0.01, 0.02, 0.03]),), 1, rtol=1e-3)
+    check_grads(
+        lambda c: curvature_correction(spread, jnp.asarray(c), jnp.asarray(SCALE)),
+        (jnp.asarray([0.01, 0.02, 0.03]),),
+        1,
+        rtol=1e-3,
+    )
     shape = jnp.diag(jnp.asarray([1.0, 0.6, 0.1]))
     offset = jnp.asarray([0.0, 0.01, 0.03])
     check_grads(lambda s: curvature_correction(SCALE**2 * jnp.asarray(s), offset, jnp.asarray(SCALE)), (shape,), 1)
