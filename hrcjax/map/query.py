@@ -13,8 +13,8 @@ from hrcjax.typing import Array, Float, Scalar, Vector3
 
 NEAREST = 16
 """Blocks of a level that a query reads."""
-BLEND = (0.75, 0.97)
-"""Between these shares of a level's reach its distance gives way to that of the next level [1]."""
+BLEND = ((0.75, 0.97), (0.4, 0.97))
+"""Between these shares of its reach the distance of level 0, and of a coarser one, gives way to the next level's [1]."""
 _LEAST_EXPONENT = -60.0
 _FAR_SQUARED = 1e6
 
@@ -57,10 +57,13 @@ def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar
     return jnp.where(some, scale * blended_root(v), FAR)
 
 
-def _share(reach: float, d: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+def _share(layout: MapLayout, level: int, d: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Share of the coarser levels at the distance d that a level reads [1], and its derivative [1/m]."""
-    width = (BLEND[1] - BLEND[0]) * reach
-    t = jnp.clip((d - BLEND[0] * reach) / width, 0.0, 1.0)
+    if level == layout.levels - 1:
+        return jnp.zeros_like(d), jnp.zeros_like(d)
+    low, high = (part * REACH * layout.edge_of(level) for part in BLEND[min(level, 1)])
+    width = high - low
+    t = jnp.clip((d - low) / width, 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
 
 
@@ -83,9 +86,7 @@ def map_distance_and_gradient(
     for level in reversed(range(layout.levels)):
         rows = _rows_about(layout, level, levels[level], x)
         near, towards = rows_distance_and_gradient(rows, layout.scale_of(level, ratio), x)
-        share, slope = _share(layout.edge_of(level) * REACH, near)
-        if level == layout.levels - 1:
-            share, slope = jnp.zeros_like(share), jnp.zeros_like(slope)
+        share, slope = _share(layout, level, near)
         g = (1 - share) * towards + share * g + slope * (d - near) * towards
         d = near + share * (d - near)
     return d, g
@@ -104,6 +105,6 @@ def map_distance(
     for level in reversed(range(layout.levels)):
         rows, scale = _rows_about(layout, level, levels[level], x), layout.scale_of(level, ratio)
         near = corrected_distance(rows, scale, x) if corrected else rows_distance_and_gradient(rows, scale, x)[0]
-        share, _ = _share(layout.edge_of(level) * REACH, near)
-        d = near if level == layout.levels - 1 else near + share * (d - near)
+        share, _ = _share(layout, level, near)
+        d = near + share * (d - near)
     return d
