@@ -1,7 +1,8 @@
 """The cell as a sweep sees it: defaults, worlds, one function from settings to results, and what the results mean."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from experiments.settings import leaf_names
 from experiments.sweepable import NOT_FINITE, Metric, Sweepable, Trace
 from hrcjax.metrics import METRICS
 from hrcjax.robot import load_arm, with_tool
@@ -37,7 +39,7 @@ DOMAINS = {
     "field.noise": (0.0, 1.0),
     "motion.speed": (0.01, 1.5),
 }
-"""Values outside are refused: they mean nothing, or the numbers do not carry them."""
+"""Values outside are refused: they mean nothing, or the numbers do not carry them. All others are not negative."""
 
 STATUSES = {
     0: "ok",
@@ -98,6 +100,8 @@ POINTS = (128, 384)
 """Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
 EPISODE = 10.0
 """Length of an episode [s]."""
+FASTEST = 8.0
+"""Speed of a joint beyond which a recording jumps: faster than hands are at work [m/s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""
 BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE
@@ -127,10 +131,34 @@ def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
         return motion_named(name, scene, seed, duration, PERSON_RATE)
     if not name.lower().endswith(".bvh"):
         raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or a file that ends in .bvh")
+    positions, names, rate = _recording(name)
+    return person_from_joints(positions, names, rate, scene, duration, PERSON_RATE)
+
+
+@cache
+def _recording(name: str) -> tuple[np.ndarray, tuple[str, ...], float]:
+    """A BVH file, read once."""
     from experiments.bvh import read_bvh  # here: its library is slow to import
 
-    positions, names, rate = read_bvh(Path(name))
-    return person_from_joints(positions, names, rate, scene, duration, PERSON_RATE)
+    return read_bvh(Path(name))
+
+
+def recording_notes(name: str) -> list[str]:
+    """What to know of a recorded person: how much of it an episode takes, and where it jumps."""
+    positions, _, rate = _recording(name)
+    length, notes = len(positions) / rate, []
+    used = positions[: round(EPISODE * rate) + 1]
+    if length > EPISODE:
+        notes.append(f"{name}: the first {EPISODE:g} s of {length:.1f} s are played")
+    elif length < EPISODE:
+        notes.append(f"{name}: {length:.1f} s long; the last pose is held to {EPISODE:g} s")
+    speed = np.linalg.norm(np.diff(used, axis=0), axis=-1).max(axis=1, initial=0.0) * rate
+    if (speed > FASTEST).any():
+        first = float(np.argmax(speed > FASTEST)) / rate
+        notes.append(
+            f"{name}: a joint moves at up to {speed.max():.0f} m/s, first over {FASTEST:g} m/s at {first:.1f} s: the recording jumps"
+        )
+    return notes
 
 
 def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> World:
@@ -156,6 +184,8 @@ def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:
         run = episode(setting, cell, world, fields)
         kept = outcome(setting, cell, world, run)
         metrics = {name: getattr(kept.metrics, name) for name in METRICS}
+        metrics["clearance"] = jnp.where(jnp.any(world.scene.mask), metrics["clearance"], jnp.nan)
+        metrics["separation"] = jnp.where(jnp.any(world.person.radius >= 0), metrics["separation"], jnp.nan)
         traces = {
             "plan": kept.traces.plan,
             "tool": kept.traces.tool,
@@ -194,19 +224,22 @@ def build_cell(
         ({"scene": scene, "person": person, "seed": seed}, partial(build_world, cell, scene, person, seed))
         for scene, person, seed in product(scenes, people, seeds)
     ]
+    defaults = eqx.filter(Params(), lambda leaf: not isinstance(leaf, bool))
     return Sweepable(
-        params=eqx.filter(Params(), lambda leaf: not isinstance(leaf, bool)),
+        params=defaults,
         evaluate=partial(evaluate, cell),
         worlds=worlds,
         metrics={name: Metric(*about) for name, about in METRICS.items()},  # type: ignore[arg-type]
         traces=TRACES,
         bytes_per_setting=cell.ticks * BYTES_PER_TICK,
         aliases=ALIASES,
-        domains=DOMAINS,
+        domains={**{name: (0.0, math.inf) for name in leaf_names(defaults)}, **DOMAINS},
+        notes=[note for name in people if name not in MOTIONS for note in recording_notes(name)],
         rank="score_overall",
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
         identity=f"cell {cell.arm.variant} {TOOL} {cell.backend} {cell.ticks} x {cell.dt}",
+        open_ended=frozenset({"clearance", "separation"}),
         describe=about,
         described=ABOUT,
         coords={

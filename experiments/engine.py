@@ -78,6 +78,7 @@ class _Program:
         if self.compiled is not None:
             return
         begin = time.monotonic()
+        self.progress.say("compiling (most of a minute the first time)")
         program = traced(self.problem.evaluate, (batch, world), self.problem.identity)
         self._check(program.out_info, chunk)
         self.compiled = program.lower().compile(compiler_options=unrolled_options())
@@ -189,12 +190,13 @@ def _count(tally: Tally, status: np.ndarray) -> None:
 
 def _build_world(problem: Sweepable, w: int, progress: Progress) -> Any:
     labels, build = problem.worlds[w]
+    about = f"scene {labels['scene']}, person {labels['person']}, seed {labels['seed']}"
+    progress.say(f"{about}: building")
     begin = time.monotonic()
     try:
         world = build()
     except (ValueError, OSError) as error:
         raise UsageError(f"scene {labels['scene']}, person {labels['person']}: {one_line(error)}") from error
-    about = f"scene {labels['scene']}, person {labels['person']}, seed {labels['seed']}"
     progress.say(f"{about}: built in {duration(time.monotonic() - begin)}")
     return world
 

@@ -42,8 +42,14 @@ def _axis(results: xr.Dataset, label: str) -> GridAxis:
     return GridAxis(label, coord.values.astype(float), coord.attrs.get("scale") == "log", _unit(results, label))
 
 
+def _world_name(results: xr.Dataset, dim: str) -> str:
+    """The first scene, person or seed; of a file the name without its folder."""
+    name = str(results[dim].values[0])
+    return Path(name).stem if dim == "person" else name
+
+
 def _over(results: xr.Dataset) -> str:
-    worlds = [str(results[dim].values[0]) for dim in WORLD_DIMS if results.sizes[dim] == 1 and dim != "seed"]
+    worlds = [_world_name(results, dim) for dim in WORLD_DIMS if results.sizes[dim] == 1 and dim != "seed"]
     count = int(np.prod([results.sizes[dim] for dim in WORLD_DIMS]))
     return ", ".join(worlds) + (f"{', ' if worlds else ''}mean over {count} worlds" if count > 1 else "")
 
@@ -94,13 +100,15 @@ def best_and_worst(results: xr.Dataset, by: str) -> dict[str, int]:
 
 
 def trade_off_figure(results: xr.Dataset, by: str) -> Figure | None:
-    """The Pareto front of three metrics; None if the run does not have them."""
+    """The Pareto front of three metrics; None if the run does not have them, or no setting without failure."""
     names = trade_off(results)
     if len(names) != 3:
         return None
     means = [results[name].mean(WORLD_DIMS, skipna=False).values.ravel().astype(float) for name in names]
     better = [str(results[name].attrs["better"]) for name in names]
     feasible = (results.status == 0).all(WORLD_DIMS).values.ravel()
+    if not (np.isfinite(means).all(axis=0) & feasible).any():
+        return None
     units = [_unit(results, name) for name in names]
     marks = {f"{which} {by.replace('_', ' ')}": at for which, at in best_and_worst(results, by).items()}
     return pareto_figure(np.stack(means, axis=1), names, units, better, feasible, marks)[0]
@@ -138,7 +146,7 @@ def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
         a, b = world.person_a.values[at], world.person_b.values[at]
         person = PersonPoses(a, b, world.person_radius.values, times[at])
     ends = {name: world[name].values for name in ("start", "goal") if name in world}
-    title = "Best and worst path: " + ", ".join(f"{dim} {results[dim].values[0]}" for dim in WORLD_DIMS)
+    title = "Best and worst path: " + ", ".join(f"{dim} {_world_name(results, dim)}" for dim in WORLD_DIMS)
     return path_views(lines, obstacles, person, **ends, title=title)[0]
 
 
@@ -152,7 +160,7 @@ def zones_figure(results: xr.Dataset, by: str) -> Figure | None:
     runs = [select(world[list(wanted)], at, setting_dims(results)) for at in best_and_worst(results, by).values()]
     time = world.time.values.astype(float) if "time" in world.coords else np.arange(world.sizes["time"], dtype=float)
     zone, distance, speed = (np.stack([run[name].values for run in runs]) for name in wanted)
-    title = "Zones over time: " + ", ".join(f"{dim} {results[dim].values[0]}" for dim in WORLD_DIMS)
+    title = "Zones over time: " + ", ".join(f"{dim} {_world_name(results, dim)}" for dim in WORLD_DIMS)
     return zones_view(time, zone.astype(np.int32), distance, speed, ["best", "worst"], title=title)[0]
 
 
@@ -175,6 +183,7 @@ def draw_run(folder: str | Path, by: str = "", metrics: Sequence[str] = ()) -> l
             if name not in known:
                 raise UsageError(f"{name}: no such metric; accepted: {', '.join(known)}")
         drawn = dict.fromkeys([by, *trade_off(results), *metrics])
+        drawn = [name for name in drawn if np.isfinite(results[name].values).any()]
         figures = {f"metric-{name}": metric_figure(results, name) for name in drawn}
         others = {"pareto": trade_off_figure, "paths": paths_figure, "zones": zones_figure}
         figures |= {name: figure for name, draw in others.items() if (figure := draw(results, by)) is not None}

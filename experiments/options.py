@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -19,7 +20,7 @@ def _plain(box: str) -> str:
     message = words.split(" For full helptext")[0].split(" Argument helptext:")[0]
     message, _, meant = message.partition(" Perhaps you meant:")
     close = [word for word in meant.split() if word.startswith("--")]
-    return (message + (f"; close: {close[0]}" if close else "")).rstrip(". ") or "wrong options"
+    return (message + (f"; close: {close[0].rstrip(',')}" if close else "")).rstrip(". ") or "wrong options"
 
 
 def parse_options(kind: Callable[..., T], argv: Sequence[str] | None, program: str, **settings: Any) -> T:
@@ -29,6 +30,10 @@ def parse_options(kind: Callable[..., T], argv: Sequence[str] | None, program: s
         UsageError: an unknown option, a missing one, or a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
+    words = [word.partition("=")[0] for word in (sys.argv[1:] if argv is None else argv) if word.startswith("--")]
+    for word in words:
+        if words.count(word) > 1:
+            raise UsageError(f"{word} is given twice; give all its values after one {word}")
     printed = io.StringIO()
     try:
         with contextlib.redirect_stderr(printed):

@@ -92,11 +92,13 @@ def resolve(name: str, names: Collection[str], aliases: Mapping[str, str]) -> st
     """
     if name in names:
         return name
+    if name in aliases:
+        return aliases[name]
     lower = name.lower()
-    by_alias = {alias.lower(): full for alias, full in aliases.items()}
-    if lower in by_alias:
-        return by_alias[lower]
     endings = [full for full in names if full.lower() == lower or full.lower().endswith("." + lower)]
+    by_alias = {alias.lower(): full for alias, full in aliases.items()}
+    if lower in by_alias and set(endings) <= {by_alias[lower]}:
+        return by_alias[lower]
     if len(endings) == 1:
         return endings[0]
     if endings:
@@ -169,12 +171,25 @@ def check_domain(axis: Axis, domains: Mapping[str, tuple[float, float]]) -> None
             raise UsageError(f"{axis.name} = {value:g} is outside its domain [{low:g}, {high:g}]")
 
 
-def short_labels(names: Sequence[str], taken: Collection[str] = ()) -> list[str]:
-    """The shortest ending of each dotted name, joined by "_", that is neither taken nor an ending of another."""
+def short_labels(
+    names: Sequence[str],
+    taken: Collection[str] = (),
+    known: Collection[str] = (),
+    aliases: Mapping[str, str] | None = None,
+) -> list[str]:
+    """The shortest ending of each dotted name, joined by "_", that is neither taken nor an ending of another.
+
+    Args:
+        known: all parameters, swept or not, among which the ending must be the only one, but for an alias of its own.
+        aliases: short names of parameters.
+    """
     labels = []
+    own = {alias.lower(): full for alias, full in (aliases or {}).items()}
     for name in names:
         parts = name.split(".")
-        others = [other.split(".") for other in names if other != name]
+        alone = own.get(parts[-1].lower()) == name
+        among = names if alone else {*names, *known}
+        others = [other.split(".") for other in among if other != name]
         for size in range(1, len(parts) + 1):
             ending = parts[-size:]
             label = "_".join(ending)
@@ -227,7 +242,7 @@ def make_settings(
         raise UsageError(f"--sobol {samples}: the number of samples is not negative")
     if quick and not samples:
         axes = quick_axes(axes)
-    labels = short_labels([axis.name for axis in axes], taken)
+    labels = short_labels([axis.name for axis in axes], taken, names, aliases)
     axes = [replace(axis, label=label) for axis, label in zip(axes, labels, strict=True)]
     if samples:
         return _sample(axes, min(samples, 16) if quick else samples, sample_seed)

@@ -120,7 +120,11 @@ def _difference(old: Any, new: Any, name: str = "") -> str:
         for key in [*old, *(k for k in new if k not in old)]:
             if old.get(key) != new.get(key):
                 return _difference(old.get(key), new.get(key), f"{name}.{key}" if name else str(key))
-    shorten = lambda value: text if len(text := json.dumps(value)) < 60 else text[:57] + "..."  # noqa: E731  # local
+
+    def shorten(value: Any) -> str:
+        text = "not given" if value is None else json.dumps(value)
+        return text if len(text) < 60 else text[:57] + "..."
+
     return f"{name} is {shorten(old)} there, {shorten(new)} here"
 
 
@@ -143,6 +147,8 @@ def _clear(folder: Path) -> None:
     """Removes a run, and nothing else that may lie in its folder."""
     (folder / RESULTS).unlink(missing_ok=True)
     shutil.rmtree(folder / CHUNKS, ignore_errors=True)
+    for figure in (folder / "figures").glob("*.png"):
+        figure.unlink(missing_ok=True)
     (folder / CONFIG).unlink(missing_ok=True)
 
 

@@ -39,7 +39,8 @@ Examples:
   Other parameters: 256 Sobol samples of a length-scale and of a gain of the motion policy:
     python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
 
---list shows all parameters; a name's last part is enough where only one parameter ends so.
+--list shows all parameters; a name's last part is enough where only one parameter ends so. Capitals matter where an alias
+(K_rep) and another parameter (policy.collision.k_rep) would be the same without; results use the names in small letters.
 
 In a notebook: from experiments.store import open_run; open_run("runs/...").score_overall.sel(zeta=5)"""
 
@@ -180,6 +181,8 @@ def run(config: SweepConfig) -> int:
     )
     world_shape(problem)
     chunk = chunk_size(settings.count, config.memory, problem.bytes_per_setting)
+    for text in problem.notes:
+        print(text, file=sys.stderr, flush=True)
     who = identity(config, problem, settings, chunk)
     mark = fingerprint(who)
     folder = config.out or _default_folder(config, mark)
@@ -201,6 +204,7 @@ def run(config: SweepConfig) -> int:
         else:
             done.close()
         if config.figures:
+            print("drawing figures", file=sys.stderr, flush=True)
             _draw(folder, by)
     return _report(config, problem, folder, by, tally, time.monotonic() - begin)
 
@@ -215,7 +219,8 @@ def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tall
     with open_run(folder) as results:
         better = "lowest" if problem.metrics[by][1] == "low" else "highest"
         over = ", means over all worlds" if len(problem.worlds) > 1 else ""
-        print(f"\nBest settings ({better} {by}{over}):")
+        none = "" if (results.status == 0).any() else "; all of them failed"
+        print(f"\nBest settings ({better} {by}{over}; failed ones come last{none}):")
         print(best_table(results, by, config.best))
     total = sum(tally.statuses.values())
     failed = {code: times for code, times in sorted(tally.statuses.items()) if code > 0}

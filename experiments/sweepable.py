@@ -56,6 +56,8 @@ class Sweepable:
     """World -> the arrays that a figure of it needs; stored once per world."""
     described: Mapping[str, Trace] = field(default_factory=dict)
     """Dims, unit and description of what `describe` returns."""
+    notes: Sequence[str] = ()
+    """What the user should know of this problem before it runs, a line each."""
     identity: str | None = None
     """What `evaluate` closes over, in words: allows the sweep to keep the traced program between runs. None: do not."""
     open_ended: frozenset[str] = frozenset()

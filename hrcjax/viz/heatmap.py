@@ -132,6 +132,10 @@ def curve(
     axes.set_xscale("log" if x.log else "linear")
     axes.set_xlabel(parameter_label(x.name, x.unit))
     axes.set_ylabel(label(name, unit))
+    low, high = finite_range(values)
+    if high - low < 1e-4 * max(abs(low), abs(high)):  # rounding is no effect
+        middle = (low + high) / 2
+        axes.set_ylim(middle - 0.5 * max(abs(middle), 1e-9), middle + 0.5 * max(abs(middle), 1e-9))
     axes.grid(alpha=0.3)
     tidy(axes)
     heading(figure, title)

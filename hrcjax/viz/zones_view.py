@@ -58,7 +58,10 @@ def zones_view(
             shown = np.where(np.isfinite(curves[n]), curves[n], np.nan)
             axes.plot(time, shown, style, color=colours[n % len(colours)], lw=1.6, label=name)
         axes.set_ylabel(text)
-        axes.set_ylim(bottom=0)
+        lowest = np.min(curves[np.isfinite(curves)], initial=0.0)
+        axes.set_ylim(bottom=1.1 * lowest if lowest < 0 else 0)
+        if lowest < 0:
+            axes.axhline(0, color=TEXT, lw=0.8)
         axes.grid(alpha=0.25)
         tidy(axes)
     for name, distance in (thresholds or {}).items():

@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.cell import STATUSES, build_cell, build_world, evaluate, make_cell
+from experiments.cell import STATUSES, build_cell, build_world, evaluate, make_cell, recording_notes
+from experiments.errors import UsageError
 from experiments.settings import make_settings, set_leaves
 from experiments.store import open_run
 from experiments.sweep import DESCRIPTION, parse
@@ -57,3 +58,19 @@ def test_status_says_what_happened() -> None:
     assert (np.diff(out["plan_length"][:2]) > 0.05).all()  # a wider berth is a longer way
     np.testing.assert_allclose(out["tool"][2, -1], np.asarray(world.scene.goal), atol=0.02)
     assert (out["zone"] == 0).all()  # nobody there: green
+
+
+def test_recordings_are_described(shared_data: Path) -> None:
+    """The glitchy recording is named as such; both say that they are longer than an episode."""
+    folder = shared_data / "human_motion"
+    good, bad = (
+        recording_notes(str(folder / name)) for name in ("ObjectInspection_2.bvh", "PickPlaceCloseHuman_0.bvh")
+    )
+    assert len(good) == 1 and "the first 10 s of" in good[0]
+    assert len(bad) == 2 and "the recording jumps" in bad[1]
+
+
+def test_no_parameter_may_be_negative() -> None:
+    cell = build_cell(("robotica",), ("nobody",), (0,))
+    with pytest.raises(UsageError, match="outside its domain"):
+        make_settings(["policy.collision.r_act=-1,0"], cell.params, domains=cell.domains)

@@ -87,7 +87,7 @@ def test_list_axis_keeps_its_order() -> None:
     [
         ("potential.k_att", "potential.k_att"),
         ("K_ATT", "potential.k_att"),
-        ("k_rep", "potential.k_rep"),  # an alias goes before endings
+        ("K_rep", "potential.k_rep"),  # an alias goes before endings
         ("zeta", "potential.zeta"),
         ("Field.Length_Scale", "field.length_scale"),
     ],
@@ -122,6 +122,7 @@ def test_names_resolve(name: str, full: str) -> None:
         ("att=1", "unknown parameter 'att'"),
         ("zzzzzz=1", "unknown parameter 'zzzzzz'; --list shows all"),
         ("length_scale=1", "ambiguous: collision.length_scale, field.length_scale"),
+        ("k_rep=1", "ambiguous: collision.k_rep, potential.k_rep"),  # not silently the alias in small letters
     ],
 )
 def test_bad_axes_get_one_line(text: str, message: str) -> None:
@@ -152,6 +153,13 @@ def test_domain_is_inclusive(text: str, inside: bool) -> None:
 )
 def test_labels_are_short_and_unique(names: list[str], taken: set[str], labels: list[str]) -> None:
     assert short_labels(names, taken) == labels
+
+
+def test_labels_tell_parameters_apart_that_are_not_swept() -> None:
+    """k_rep alone is the alias' parameter; another that ends so keeps more of its name."""
+    assert short_labels(["potential.k_rep"], (), NAMES, ALIASES) == ["k_rep"]
+    assert short_labels(["collision.k_rep"], (), NAMES, ALIASES) == ["collision_k_rep"]
+    assert short_labels(["field.length_scale"], (), NAMES, ALIASES) == ["field_length_scale"]
 
 
 def test_grid_is_the_product_with_the_last_axis_fastest() -> None:
