@@ -161,7 +161,7 @@ def sample_map(
     points = axes.scatter(x.values[good], y.values[good], c=values[good], s=24, cmap=COLOUR_MAP, vmin=low, vmax=high)
     best = best_cell(np.where(good, values, np.nan), better)
     if best is not None:
-        axes.plot(x.values[best], y.values[best], marker="*", markersize=14, color="white", markeredgecolor="black")
+        axes.plot(x.values[best], y.values[best], marker="*", markersize=14, color="none", markeredgecolor="black")
     axes.set_xscale("log" if x.log else "linear")
     axes.set_yscale("log" if y.log else "linear")
     axes.set_xlabel(parameter_label(x.name, x.unit))
