@@ -6,9 +6,10 @@ from hrcjax.map.level import Level, local_field
 from hrcjax.map.params import MapParams
 from hrcjax.map.query import map_distance, map_distance_and_gradient
 from hrcjax.map.state import DYNAMIC, LABELS, NEW, NONE, STATIC, FieldMap, FrameReport, empty_map
+from hrcjax.map.stream import StreamParams, StreamState, admit, describe_frame, initial_stream
 from hrcjax.map.view import View, make_view
 
 __all__ = [
-    "DYNAMIC", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameReport", "Level", "MapLayout", "MapParams", "View",
-    "empty_map", "fuse", "local_field", "make_view", "map_distance", "map_distance_and_gradient",
+    "DYNAMIC", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameReport", "Level", "MapLayout", "MapParams", "StreamParams", "StreamState", "View",
+    "admit", "describe_frame", "empty_map", "fuse", "initial_stream", "local_field", "make_view", "map_distance", "map_distance_and_gradient",
 ]  # fmt: skip

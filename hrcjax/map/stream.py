@@ -1,0 +1,106 @@
+"""What arrives from a camera, before it is believed: stamps that go on, poses that do not leap, images with depth.
+
+A frame that is refused is named, changes nothing in the map, and does not renew its age: the safety monitor sees the
+data grow old.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.map.view import View
+from hrcjax.numerics import safe_norm
+from hrcjax.sense import Camera
+from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
+
+EMPTY = 1
+REPEATED = 2
+REVERSED = 4
+LEAP = 8
+NOT_FINITE = 16
+
+_REASONS = {
+    EMPTY: "too few pixels with depth",
+    REPEATED: "time stamp repeated",
+    REVERSED: "time stamp before the last one",
+    LEAP: "pose leapt",
+    NOT_FINITE: "time stamp or pose not finite",
+}
+
+
+class StreamParams(eqx.Module):
+    """What a frame must keep to. Our choice."""
+
+    least_share: Scalar = 0.05
+    """Share of tiles with depth under which a frame says nothing [1]."""
+    top_speed: Scalar = 2.0
+    """Speed of a camera beyond which its pose has leapt [m/s]."""
+    top_turn: Scalar = 4.0
+    """The same for its turning [rad/s]."""
+    slack: Scalar = 0.01
+    """Leaps smaller than this are jitter [m], [rad]."""
+
+
+class StreamState(eqx.Module):
+    """The last frames of one camera."""
+
+    stamp: Float[Array, ""]
+    """Time of the last frame that was believed; minus infinity: none yet [s]."""
+    newest: Float[Array, ""]
+    """Time of the newest frame that had a finite stamp and pose [s]."""
+    rotation: Matrix3
+    """World from camera, of that frame."""
+    position: Vector3
+    """Of the pinhole, of that frame [m]."""
+
+
+def initial_stream(dtype: jnp.dtype | type = jnp.float32) -> StreamState:
+    """No frame yet."""
+    never = jnp.asarray(-jnp.inf, dtype)
+    return StreamState(never, never, jnp.eye(3, dtype=dtype), jnp.zeros(3, dtype))
+
+
+def admit(
+    params: StreamParams, state: StreamState, stamp: Float[Array, ""], camera: Camera, view: View
+) -> tuple[StreamState, View, Int[Array, ""]]:
+    """Decides on one frame.
+
+    A pose that leaps is refused once: if the next frame comes from near the new pose, the camera has been moved.
+
+    Args:
+        stamp: when the image was taken [s].
+
+    Returns:
+        the state, the view (without anything if the frame is refused), and bits of why it is refused; 0: it is not.
+    """
+    R, o = camera.rotation, camera.position
+    finite = jnp.isfinite(stamp) & jnp.all(jnp.isfinite(R)) & jnp.all(jnp.isfinite(o))
+    began = jnp.isfinite(state.newest)
+    dt = jnp.where(began & finite, jnp.maximum(stamp - state.newest, 0.0), 0.0)
+    # |R - R'| over the square root of 2 is 2 sin(angle / 2), and near the angle for small ones
+    turn = safe_norm((R - state.rotation).reshape(-1)) / jnp.sqrt(jnp.asarray(2.0, R.dtype))
+    leap = (safe_norm(o - state.position) > params.top_speed * dt + params.slack) | (
+        turn > params.top_turn * dt + params.slack
+    )
+    share = jnp.mean(view.mask, dtype=R.dtype)
+
+    def bit(condition: Bool[Array, ""], value: int) -> Int[Array, ""]:
+        return jnp.where(condition, value, 0).astype(jnp.int32)
+
+    reasons = bit(~finite, NOT_FINITE) | bit(~(share >= params.least_share), EMPTY)
+    reasons = reasons | bit(finite & (stamp == state.newest), REPEATED) | bit(finite & (stamp < state.newest), REVERSED)
+    reasons = reasons | bit(finite & began & leap & (stamp > state.newest), LEAP)
+    good = reasons == 0
+    forward = finite & ~(stamp <= state.newest)
+    state = StreamState(
+        stamp=jnp.where(good, stamp, state.stamp),
+        newest=jnp.where(forward, stamp, state.newest),
+        rotation=jnp.where(forward, R, state.rotation),
+        position=jnp.where(forward, o, state.position),
+    )
+    shown = View(view.points, view.mask & good, view.variance, jnp.where(good, view.depth, 0.0))
+    return state, shown, reasons
+
+
+def describe_frame(reasons: int) -> str:
+    """The bits of a refusal in words; "none" for 0."""
+    return "; ".join(text for bit, text in _REASONS.items() if int(reasons) & bit) or "none"
