@@ -33,12 +33,15 @@ def tangential_share(spread: Matrix3, offset: Vector3, length_scale: Float[Array
     return safe_divide(jnp.sum(offset * (cofactor @ offset)), jnp.sum(offset * offset), 1.0)
 
 
-def curvature_correction(spread: Matrix3, offset: Vector3, length_scale: Float[Array, ""]) -> Float[Array, ""]:
+def curvature_correction(share: Float[Array, ""], offset: Vector3, length_scale: Float[Array, ""]) -> Float[Array, ""]:
     """What to add to the square of a distance over l^2: 0 on flat and concave surfaces, negative on convex ones [1].
 
     Concave surfaces are left as they are, for there the uncorrected distance is too small, which is the safe side.
+
+    Args:
+        share: of `tangential_share` [1].
+        offset: from the mean of the training points under the weights alpha_i k_i to the query [m].
     """
-    share = tangential_share(spread, offset, length_scale)
     over = jnp.clip(share - (1.0 - KNEE), 0.0, 2.0 * KNEE)
     bent = jnp.minimum(share, 1.0 + KNEE) - over * over / (4.0 * KNEE)
     logarithm = jnp.log((jnp.maximum(bent, 0.0) + LEAST_SHARE) / (1.0 + LEAST_SHARE))

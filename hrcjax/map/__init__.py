@@ -1,5 +1,6 @@
 """A map of surfaces as a distance field, built frame by frame from depth images."""
 
+from hrcjax.map.bound import distance_and_deviation, distance_bound
 from hrcjax.map.fuse import fuse
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import Level, local_field
@@ -11,5 +12,5 @@ from hrcjax.map.view import View, make_view
 
 __all__ = [
     "DYNAMIC", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameReport", "Level", "MapLayout", "MapParams", "StreamParams", "StreamState", "View",
-    "admit", "describe_frame", "empty_map", "fuse", "initial_stream", "local_field", "make_view", "map_distance", "map_distance_and_gradient",
+    "admit", "describe_frame", "distance_and_deviation", "distance_bound", "empty_map", "fuse", "initial_stream", "local_field", "make_view", "map_distance", "map_distance_and_gradient",
 ]  # fmt: skip

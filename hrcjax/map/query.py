@@ -1,11 +1,13 @@
 """Distance of a point to everything in a map: the finest level that reaches so far, blended into the coarser ones."""
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 
 from hrcjax.field import FAR
 from hrcjax.field.closed_form import read
-from hrcjax.field.curvature import curvature_correction
+from hrcjax.field.curvature import curvature_correction, tangential_share
 from hrcjax.field.kernel import blended_root
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level, block_rows, nearest_blocks
@@ -43,21 +45,31 @@ def rows_distance_and_gradient(
     return read(log_o, jnp.stack([jnp.sum(share * d) for d in offsets]), some, scale)
 
 
-def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> Float[Array, ""]:
-    """The distance of the points of some blocks, without what the curvature of their surface adds to it [m].
+class Corrected(NamedTuple):
+    """What the points of some blocks say at a query."""
 
-    See `hrcjax.field.curvature`. FAR if there are no points.
-    """
+    distance: Float[Array, ""]
+    """Without what the curvature of the surface adds to it; FAR if there are no points [m]."""
+    flatness: Float[Array, ""]
+    """Product of the tangential spreads over l^4, not above 1: 1 on flat surfaces, near 0 at sharp edges [1]."""
+    weights: Float[Array, "block voxel"]
+    """Shares of the points in the occupancy [1]."""
+
+
+def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> Corrected:
+    """The distance of the points of some blocks, corrected for curvature; see `hrcjax.field.curvature`."""
     scale = jnp.asarray(length_scale, x.dtype)
     d, share, log_o, some = _kernels(rows, scale, x)
     c = [jnp.sum(share * e) for e in d]
     second = [[jnp.sum(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
     spread = jnp.stack([jnp.stack([second[max(i, j)][min(i, j)] for j in range(3)]) for i in range(3)])
-    v = -2.0 * log_o + curvature_correction(spread, jnp.stack(c), scale)
-    return jnp.where(some, scale * blended_root(v), FAR)
+    offset = jnp.stack(c)
+    flatness = tangential_share(spread, offset, scale)
+    v = -2.0 * log_o + curvature_correction(flatness, offset, scale)
+    return Corrected(jnp.where(some, scale * blended_root(v), FAR), jnp.clip(flatness, 0.0, 1.0), share)
 
 
-def _share(layout: MapLayout, level: int, d: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+def level_share(layout: MapLayout, level: int, d: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Share of the coarser levels at the distance d that a level reads [1], and its derivative [1/m]."""
     if level == layout.levels - 1:
         return jnp.zeros_like(d), jnp.zeros_like(d)
@@ -86,7 +98,7 @@ def map_distance_and_gradient(
     for level in reversed(range(layout.levels)):
         rows = _rows_about(layout, level, levels[level], x)
         near, towards = rows_distance_and_gradient(rows, layout.scale_of(level, ratio), x)
-        share, slope = _share(layout, level, near)
+        share, slope = level_share(layout, level, near)
         g = (1 - share) * towards + share * g + slope * (d - near) * towards
         d = near + share * (d - near)
     return d, g
@@ -104,7 +116,9 @@ def map_distance(
     d = jnp.asarray(FAR, x.dtype)
     for level in reversed(range(layout.levels)):
         rows, scale = _rows_about(layout, level, levels[level], x), layout.scale_of(level, ratio)
-        near = corrected_distance(rows, scale, x) if corrected else rows_distance_and_gradient(rows, scale, x)[0]
-        share, _ = _share(layout, level, near)
+        near = (
+            corrected_distance(rows, scale, x).distance if corrected else rows_distance_and_gradient(rows, scale, x)[0]
+        )
+        share, _ = level_share(layout, level, near)
         d = near + share * (d - near)
     return d

@@ -8,10 +8,14 @@ from jax.test_util import check_grads
 from samples import cylinder, plane, sphere
 
 from hrcjax.field import FieldParams, fit
-from hrcjax.field.curvature import curvature_correction
+from hrcjax.field.curvature import curvature_correction, tangential_share
 from hrcjax.field.gp import log_occupancy
 
 SCALE = 0.02
+
+
+def correction(spread, offset, scale):
+    return curvature_correction(tangential_share(spread, offset, scale), offset, scale)
 
 
 @jax.jit
@@ -23,7 +27,7 @@ def both(points, x):
     mean = share @ field.points
     spread = (field.points - mean).T @ (share[:, None] * (field.points - mean))
     v = -2 * log_occupancy(field, x)
-    v_corrected = v + curvature_correction(spread, x - mean, jnp.asarray(SCALE))
+    v_corrected = v + correction(spread, x - mean, jnp.asarray(SCALE))
     return SCALE * jnp.sqrt(v), SCALE * jnp.sqrt(v_corrected)
 
 
@@ -49,19 +53,19 @@ def test_planes_stay() -> None:
 def test_concave_surfaces_stay_on_the_safe_side() -> None:
     """In the middle of a hollow ball's half the spread is large: nothing is added."""
     spread = 4 * SCALE**2 * jnp.eye(3)
-    assert abs(float(curvature_correction(spread, jnp.asarray([0.0, 0.0, 0.05]), jnp.asarray(SCALE)))) < 0.01
+    assert abs(float(correction(spread, jnp.asarray([0.0, 0.0, 0.05]), jnp.asarray(SCALE)))) < 0.01
 
 
 def test_derivatives_are_finite_where_the_normal_is_not_known() -> None:
     spread = SCALE**2 * jnp.diag(jnp.asarray([1.0, 0.6, 0.0]))
-    slope = jax.grad(curvature_correction, argnums=(0, 1))(spread, jnp.zeros(3), jnp.asarray(SCALE))
+    slope = jax.grad(correction, argnums=(0, 1))(spread, jnp.zeros(3), jnp.asarray(SCALE))
     assert all(np.isfinite(g).all() for g in slope)
     check_grads(
-        lambda c: curvature_correction(spread, jnp.asarray(c), jnp.asarray(SCALE)),
+        lambda c: correction(spread, jnp.asarray(c), jnp.asarray(SCALE)),
         (jnp.asarray([0.01, 0.02, 0.03]),),
         1,
         rtol=1e-3,
     )
     shape = jnp.diag(jnp.asarray([1.0, 0.6, 0.1]))
     offset = jnp.asarray([0.0, 0.01, 0.03])
-    check_grads(lambda s: curvature_correction(SCALE**2 * jnp.asarray(s), offset, jnp.asarray(SCALE)), (shape,), 1)
+    check_grads(lambda s: correction(SCALE**2 * jnp.asarray(s), offset, jnp.asarray(SCALE)), (shape,), 1)

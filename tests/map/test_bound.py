@@ -1,0 +1,79 @@
+"""The lower bound of the distance against the exact distance of a scene that no constant was chosen on."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.map import MapParams, distance_and_deviation, distance_bound, empty_map
+from hrcjax.sense import NoiseParams, d435i
+from hrcjax.sense.camera import render_scene
+from hrcjax.sense.noise import measure
+from hrcjax.world.scene import BOX, COLUMN, SPHERE, scene_distance
+from hrcjax.world.scenes import Obstacle, make_scene
+
+pytestmark = pytest.mark.slow
+
+RATIO = MapParams().ratio
+
+
+@pytest.fixture(scope="module")
+def scene():
+    solids = [
+        Obstacle(BOX, (-0.2, 0.1, 0.08), (0.07, 0.05, 0.08), 0.4, 0.1),
+        Obstacle(COLUMN, (0.15, -0.1, 0.1), (0.04, 0.04, 0.1), 0.0, 0.1),
+        Obstacle(SPHERE, (0.15, 0.2, 0.07), (0.07, 0.07, 0.07), 0.0, 0.1),
+    ]
+    return make_scene(solids, (0.0,) * 3, (0.1,) * 3, (0.0,) * 3, (1.0,) * 3)
+
+
+@pytest.fixture(scope="module")
+def state(layout, program, scene):
+    """The scene from twelve places round about."""
+
+    @jax.jit
+    def look(eye, key):
+        camera = d435i(eye, jnp.asarray([0.0, 0.05, 0.05], jnp.float32), 1)
+        return camera, measure(render_scene(camera, scene), camera, key, NoiseParams())
+
+    state = empty_map(layout)
+    for k in range(12):
+        eye = jnp.asarray([0.9 * np.cos(k / 2), 0.9 * np.sin(k / 2), 0.9 - 0.05 * k], jnp.float32)
+        state, _ = program(state, *look(eye, jax.random.key(k)))
+    return state
+
+
+@pytest.fixture(scope="module")
+def measured(layout, state, scene):
+    """Queries within 20 cm of surfaces: exact distance, the map's, its deviation, its bound [m]."""
+    x = np.random.default_rng(0).uniform([-0.35, -0.35, 0.0], [0.35, 0.35, 0.4], (3000, 3)).astype(np.float32)
+    truth = np.asarray(jax.jit(jax.vmap(lambda x: scene_distance(scene, x)))(x))
+    near = (truth > 0) & (truth < 0.2)
+    program = jax.jit(
+        lambda x: jax.lax.map(
+            lambda x: (*distance_and_deviation(layout, state, RATIO, x), distance_bound(layout, state, RATIO, x)),
+            x,
+            batch_size=64,
+        )
+    )
+    return truth[near], *(np.asarray(v) for v in program(x[near]))
+
+
+def test_distance_is_right_to_some_millimetres(measured) -> None:
+    truth, d, _, _ = measured
+    assert np.sqrt(np.mean((d - truth) ** 2)) < 0.005
+
+
+def test_bound_of_95_per_cent_holds_about_as_often(measured) -> None:
+    truth, d, deviation, bound = measured
+    assert 0.93 <= np.mean(bound <= truth) <= 0.99
+    assert np.percentile(bound - truth, 99) < 0.003
+    np.testing.assert_allclose(bound, np.maximum(d - 1.645 * deviation, 0), atol=1e-6)
+
+
+def test_deviation_is_larger_far_away_and_derivatives_are_finite(layout, state) -> None:
+    place = jnp.asarray([[0.0, -0.25, 0.05], [0.0, 0.0, 0.5], [0.0, 0.0, 2.5], [-0.13, 0.1, 0.08]], jnp.float32)
+    deviation = jax.jit(jax.vmap(lambda x: distance_and_deviation(layout, state, RATIO, x)[1]))(place)
+    assert float(deviation[0]) < 0.004 < float(deviation[1]) < float(deviation[2])
+    slope = jax.jit(jax.vmap(jax.grad(lambda x: distance_bound(layout, state, RATIO, x))))(place)
+    assert np.isfinite(slope).all()
