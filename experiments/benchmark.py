@@ -17,7 +17,7 @@ from experiments.atomic import write_bytes
 from experiments.errors import UsageError, exit_status
 from experiments.options import parse_options
 
-SECTIONS = ("arm", "field", "grad", "sweep")
+SECTIONS = ("arm", "field", "grad", "sweep", "map")
 Row = Mapping[str, Any]
 
 
@@ -93,7 +93,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             """Measure speed: as rates, and as ratios to peers measured in the same process.
 
             Args:
-                section: arm, field, grad, sweep or all.
+                section: arm, field, grad, sweep, map or all.
                 json: File to write {section: {row: {value, unit}}} to; sections that it has already stay.
             """
             return section, json

@@ -58,8 +58,10 @@ def fuse(
     base, capacity, dtype = state.levels[0], layout.capacity, view.points.dtype
     lower = jnp.asarray(layout.lower, dtype)
     upper = lower + jnp.asarray(layout.shape, dtype) * layout.edge_of(0)
+    depth = jnp.sum((view.points - camera.position) * camera.rotation[:, 2], axis=1)
+    wanted = view.mask & (depth > params.near) & (depth < params.far)
     inside = jnp.all((view.points > lower) & (view.points < upper), axis=1)
-    base, slot, lost = claim(base, padded_place(layout, 0, view.points), view.mask & inside, layout.born)
+    base, slot, lost = claim(base, padded_place(layout, 0, view.points), wanted & inside, layout.born)
 
     # the frame's own points, voxel by voxel of the blocks in view
     in_view = blocks_in_view(layout, params, base, camera)
@@ -145,7 +147,7 @@ def fuse(
         removed=count(gone),
         waiting=count(waiting[0]),
         lost=lost,
-        outside=count(view.mask & ~inside),
+        outside=count(wanted & ~inside),
         unseen=count(in_view) - count(seen < capacity),
     )
     fused = FieldMap(

@@ -49,7 +49,7 @@ class FrameReport(eqx.Module):
     lost: Int[Array, ""]
     """Blocks without a place: `capacity` or `born` is exhausted."""
     outside: Int[Array, ""]
-    """Tiles outside the mapped box."""
+    """Tiles outside the mapped box, which hold nothing of the map."""
     unseen: Int[Array, ""]
     """Blocks in view that were left as they are: `seen` is exhausted."""
 

@@ -81,6 +81,7 @@ def test_gradient_is_that_of_the_distance(layout, levels, read, kept) -> None:
     np.testing.assert_allclose(read(x)[1], program(x), atol=2e-4)
 
 
+@pytest.mark.slow
 def test_no_jumps_through_the_borders_of_blocks_and_levels(layout, levels) -> None:
     """Along random lines, 0.2 mm a step: where the value changes most, steps of 1/64 of that change it ever less."""
     random, count = np.random.default_rng(2), 4096
