@@ -5,6 +5,7 @@ map holds 20,000 and 200,000 points. Rendering is not part of the time. Queries 
 """
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -37,7 +38,12 @@ def room() -> Scene:
     ]
     places = random.uniform(-5, 5, (12, 2))
     boxes = [((*place, -0.2), tuple(random.uniform(0.2, 0.5, 3))) for place in places]
-    solids = [Obstacle(BOX, tuple(map(float, c)), tuple(map(float, h)), 0.0, 0.1) for c, h in (*walls, *boxes)]
+
+    def solid(middle: Sequence[float], half: Sequence[float]) -> Obstacle:
+        (x, y, z), (a, b, c) = middle, half
+        return Obstacle(BOX, (float(x), float(y), float(z)), (float(a), float(b), float(c)), 0.0, 0.1)
+
+    solids = [solid(*one) for one in (*walls, *boxes)]
     return make_scene(solids, (0.0,) * 3, (0.1,) * 3, (-6.0,) * 3, (6.0,) * 3)
 
 
