@@ -38,23 +38,21 @@ def open_clouds(path: Path, origin: Sequence[float] | None = None, rate: float =
         raise UsageError(f"no point cloud at {path}: accepted is a file *.ply or *.npz, or a folder of them")
     given = None if origin is None else np.array(origin, np.float64)
     if given is not None and (given.shape != (3,) or not np.isfinite(given).all()):
-        raise UsageError(f"the origin of the sensor is {tuple(origin or ())}: accepted are three finite numbers x y z [m]")
+        raise UsageError(
+            f"the origin of the sensor is {tuple(origin or ())}: accepted are three finite numbers x y z [m]"
+        )
     if not (np.isfinite(rate) and rate > 0):
         raise UsageError(f"the rate of frames is {rate}: accepted is a positive number")
     if given is not None and all(file.suffix.lower() == ".npz" for file in files):
-        raise UsageError(f"{path} holds no PLY file for the origin: NPZ files say the sensor's place by the key position")
+        raise UsageError(
+            f"{path} holds no PLY file for the origin: NPZ files say the sensor's place by the key position"
+        )
 
     def read(skip: Skip) -> Iterator[InputFrame]:
         index = 0
         for file in files:
             if file.suffix.lower() == ".npz":
-                told: list[str] = []
-                for frame in read_npz(file, index, rate, told.append):
-                    index += 1
-                    yield frame
-                index += len(told)
-                for reason in told:
-                    skip(reason)
+                index += yield from read_npz(file, index, rate, skip)
                 continue
             index += 1
             points, camera = read_ply(file)

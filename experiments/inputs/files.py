@@ -14,7 +14,7 @@ def natural_key(path: Path) -> list[tuple[int, int, str]]:
 
 
 def files_with(folder: Path, suffixes: Iterable[str]) -> list[Path]:
-    """Files of `folder` that end with one of `suffixes` (lower case, with the dot), sorted naturally. Hidden ones not."""
+    """Files of `folder` ending with one of `suffixes` (lower case, with the dot), sorted naturally; no hidden ones."""
     wanted = set(suffixes)
     found = (p for p in folder.iterdir() if p.suffix.lower() in wanted and not p.name.startswith(".") and p.is_file())
     return sorted(found, key=natural_key)

@@ -1,6 +1,6 @@
 """NPZ files of depth or points: one frame, or many stacked along the first axis."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +12,14 @@ from experiments.inputs.pose import fault_of_rotation
 from experiments.inputs.source import Skip
 
 KEYS = ("points", "depth", "intrinsics", "color", "mask", "stamp", "rotation", "position")
-ACCEPTED = "points (n, 3), or depth (height, width) with intrinsics (fx, fy, cx, cy), and optionally mask, stamp, rotation, position; stacked frames along a first axis"
+ACCEPTED = (
+    "points (n, 3), or depth (height, width) with intrinsics (fx, fy, cx, cy) and optionally color; optionally mask, "
+    "stamp, rotation, position; stacked frames along a first axis"
+)
 
 
-def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Iterator[InputFrame]:
-    """The frames of one NPZ file.
+def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Generator[InputFrame, None, int]:
+    """The frames of one NPZ file; the generator returns how many the file holds, skipped ones too.
 
     Accepted are these keys and no others; a file of F stacked frames has `points` or `depth` with one axis more:
 
@@ -44,6 +47,8 @@ def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Iterator[InputF
         raise _wrong(path, f"it holds {keys}" + (f"; not known: {', '.join(unknown)}" if unknown else ""))
     key = "depth" if "depth" in arrays else "points"
     values = arrays[key]
+    if "color" in arrays and (key == "points" or arrays["color"].dtype != np.uint8):
+        raise _wrong(path, "color goes with depth and is uint8")
     stacked = values.ndim == 3
     if values.ndim not in (2, 3) or values.dtype.kind not in "fiu" or (key == "points" and values.shape[-1] != 3):
         raise _wrong(path, f"{key} is {values.dtype} {values.shape}")
@@ -58,8 +63,6 @@ def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Iterator[InputF
     for name in ("stamp", "position", "intrinsics"):
         if name in each and not np.isfinite(each[name]).all():
             raise _wrong(path, f"a number of {name} is not finite")
-    if "color" in each and (key == "points" or each["color"].dtype != np.uint8):
-        raise _wrong(path, "color goes with depth and is uint8")
     for i in range(count):
         rotation = np.array(each["rotation"][i], np.float64) if "rotation" in each else np.eye(3)
         fault = fault_of_rotation(rotation)
@@ -80,6 +83,7 @@ def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Iterator[InputF
             skip(f"{path.name} frame {i}: no finite point")
             continue
         yield InputFrame(stamp, "", None, cloud, None, rotation, position)
+    return count
 
 
 def measured_points(points: np.ndarray) -> np.ndarray:
@@ -104,9 +108,10 @@ def _each(path: Path, name: str, array: np.ndarray, shape: tuple, count: int, st
 
 def _load(path: Path) -> Mapping[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if not isinstance(file, np.lib.npyio.NpzFile):
-                raise TypeError("one array without a name")
+        file = np.load(path, allow_pickle=False)
+        if isinstance(file, np.ndarray):
+            raise TypeError("one array without a name")
+        with file:
             return {key: file[key] for key in file.files}
     except FileNotFoundError:
         raise UsageError(f"no NPZ file at {path}: accepted is {ACCEPTED}") from None

@@ -10,7 +10,7 @@ NORM_TOLERANCE = 0.01  # of a quaternion's norm and of the entries of R^T R; fil
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A rotation, float64 (3, 3), and a position, float64 (3,) [m]: from the axes of a child into those of its parent."""
+    """Rotation, float64 (3, 3), and position, float64 (3,) [m]: from the axes of a child into those of its parent."""
 
     rotation: np.ndarray
     position: np.ndarray
