@@ -30,7 +30,11 @@ def parse_options(kind: Callable[..., T], argv: Sequence[str] | None, program: s
         UsageError: an unknown option, a missing one, or a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    words = [word.partition("=")[0] for word in (sys.argv[1:] if argv is None else argv) if word.startswith("--")]
+    words = [
+        word.partition("=")[0].replace("_", "-")
+        for word in (sys.argv[1:] if argv is None else argv)
+        if word.startswith("--")
+    ]
     for word in words:
         if words.count(word) > 1:
             raise UsageError(f"{word} is given twice; give all its values after one {word}")

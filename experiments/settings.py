@@ -85,7 +85,8 @@ def batch_params(params: Any, values: Mapping[str, np.ndarray], dtype: Any = jnp
 
 
 def resolve(name: str, names: Collection[str], aliases: Mapping[str, str]) -> str:
-    """The dotted name for a dotted name, an alias, or an ending that only one parameter has; capitals do not matter.
+    """The dotted name for a dotted name, an alias, or an ending that only one parameter has; capitals matter for
+    aliases alone, where another parameter ends so.
 
     Raises:
         UsageError: unknown or ambiguous; names the closest ones.

@@ -34,7 +34,7 @@ def tangential_share(spread: Matrix3, offset: Vector3, length_scale: Float[Array
 
 
 def curvature_correction(share: Float[Array, ""], offset: Vector3, length_scale: Float[Array, ""]) -> Float[Array, ""]:
-    """What to add to the square of a distance over l^2: 0 on flat and concave surfaces, negative on convex ones [1].
+    """What to add to the square of a distance over l^2: next to 0 (-0.025) on flat and concave surfaces, negative on convex ones [1].
 
     Concave surfaces are left as they are, for there the uncorrected distance is too small, which is the safe side.
 

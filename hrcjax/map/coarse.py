@@ -9,9 +9,6 @@ from hrcjax.map.params import MapParams
 from hrcjax.map.weigh import refit
 from hrcjax.typing import Array, Bool, Float, Int
 
-TOUCHED = 256
-"""Blocks of a coarse level that one frame can change."""
-
 
 def typical_weight(layout: MapLayout, level: int, params: MapParams) -> Float[Array, ""]:
     """Weight of a point of a flat, regular sample: what a new one has until it is fitted [1]."""
@@ -49,6 +46,7 @@ def follow(
         the level, what is stale in it and whose turn it is, and its own blocks that have changed: places, points, which.
     """
     capacity = coarse.place.shape[0]
+    most = min(capacity, layout.seen)  # of these blocks no more can change
     dtype = rows.dtype
     there = (rows[:, 3] > 0).astype(dtype)
     count = jnp.sum(there, axis=1)
@@ -57,7 +55,7 @@ def follow(
     below = place - REACH
     above = below // EDGE + REACH
     voxel = flat_index((EDGE, EDGE, EDGE), below % EDGE)
-    coarse, slot, _ = claim(coarse, above, changed & some, TOUCHED)
+    coarse, slot, _ = claim(coarse, above, changed & some, most)
     known = coarse.slot.reshape(-1)[flat_index(coarse.slot.shape, above)]
     slot = jnp.where(changed, jnp.where(some, slot, known), capacity)
     old = coarse.rows.at[slot, :, voxel].get(mode="fill", fill_value=0)
@@ -67,7 +65,7 @@ def follow(
     point = jnp.concatenate([jnp.where(some[:, None], mean, 0.0), weight[:, None]], axis=1)
     all_rows = coarse.rows.at[slot, :, voxel].set(point, mode="drop")
     flags = jnp.zeros((capacity,), bool).at[slot].set(True, mode="drop")
-    touched = jnp.nonzero(flags, size=TOUCHED, fill_value=capacity)[0].astype(jnp.int32)
+    touched = jnp.nonzero(flags, size=most, fill_value=capacity)[0].astype(jnp.int32)
     own = coarse.place.at[touched].get(mode="fill", fill_value=1)
     coarse = Level(coarse.slot, coarse.box, coarse.place, all_rows)
     own_rows = all_rows.at[touched].get(mode="fill", fill_value=0)

@@ -59,13 +59,20 @@ def fuse(
     lower = jnp.asarray(layout.lower, dtype)
     upper = lower + jnp.asarray(layout.shape, dtype) * layout.edge_of(0)
     depth = jnp.sum((view.points - camera.position) * camera.rotation[:, 2], axis=1)
-    wanted = view.mask & (depth > params.near) & (depth < params.far)
+    wanted = view.mask & (depth > params.near) & (depth < params.far) & jnp.isfinite(view.variance)
     inside = jnp.all((view.points > lower) & (view.points < upper), axis=1)
     base, slot, lost = claim(base, padded_place(layout, 0, view.points), wanted & inside, layout.born)
 
     # the frame's own points, voxel by voxel of the blocks in view
     in_view = blocks_in_view(layout, params, base, camera)
-    seen = jnp.nonzero(in_view, size=layout.seen, fill_value=capacity)[0].astype(jnp.int32)
+    hit = jnp.zeros((capacity,), bool).at[slot].set(True, mode="drop") & in_view
+    first, then = (
+        jnp.nonzero(which, size=layout.seen, fill_value=capacity)[0].astype(jnp.int32)
+        for which in (hit, in_view & ~hit)  # what the frame adds to goes before what it may see through
+    )
+    count_hit = jnp.sum(hit, dtype=jnp.int32)
+    order = jnp.arange(layout.seen, dtype=jnp.int32)
+    seen = jnp.where(order < count_hit, first, then[jnp.maximum(order - count_hit, 0)])
     number = jnp.arange(layout.seen, dtype=jnp.int32)
     table = jnp.full((capacity,), layout.seen, jnp.int32).at[seen].set(number, mode="drop")
     row = table.at[slot].get(mode="fill", fill_value=layout.seen)

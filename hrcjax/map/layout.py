@@ -40,6 +40,11 @@ class MapLayout:
     refitted: int = 384
     """Blocks fitted anew with one frame; further ones wait for the next frame."""
 
+    def __post_init__(self) -> None:
+        """Refuses sizes that no map can have."""
+        if self.levels < 2 or min(self.capacity, self.seen, self.born, self.refitted, *self.shape) < 1:
+            raise ValueError(f"{self}: accepted are at least 2 levels and sizes of at least 1")
+
     def spacing_of(self, level: int) -> float:
         """Edge of a voxel [m]."""
         return self.spacing * EDGE**level

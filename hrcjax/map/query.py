@@ -29,7 +29,7 @@ def _kernels(
     offsets = [x[a] - rows[:, a] for a in range(3)]
     r2 = jnp.where(there, offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2, _FAR_SQUARED)
     nearest = jax.lax.stop_gradient(jnp.min(r2))
-    some = nearest < _FAR_SQUARED
+    some = jnp.any(there)  # not by the distance: a query that is not a number must not read as free space
     precision = 0.5 / length_scale**2
     k = rows[:, 3] * jnp.exp(jnp.maximum(precision * (nearest - r2), _LEAST_EXPONENT))
     total = jnp.where(some, jnp.sum(k), 1.0)

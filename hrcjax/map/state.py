@@ -24,7 +24,7 @@ class FieldMap(eqx.Module):
     information: Float[Array, "slot voxel"]
     """Inverse variance of the points of level 0, as far as it is remembered [1/m^2]."""
     missed: Int[Array, "slot voxel"]
-    """Frames in a row that saw through a point."""
+    """Frames that saw through a point since it was last observed."""
     label: Int[Array, "slot voxel"]
     """NONE, NEW, STATIC or DYNAMIC."""
     drift: Float[Array, "slot"]
@@ -32,7 +32,8 @@ class FieldMap(eqx.Module):
 
 
 class FrameReport(eqx.Module):
-    """What one frame did. Where one of the last three is not 0 the map is incomplete."""
+    """What one frame did. Where one of the last three is not 0 the map is incomplete. Of `dynamic` no more than
+    1024 in a frame: what else is seen through waits."""
 
     points: Int[Array, ""]
     """Points in the blocks that the frame saw."""

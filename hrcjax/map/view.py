@@ -25,16 +25,19 @@ class View(eqx.Module):
     """Least depth of any pixel of a tile; 0 where any of its pixels has none: seen through up to here at least [m]."""
 
 
-def make_view(camera: Camera, depth: Float[Array, "height width"], noise: Scalar, gap: Scalar = 0.02) -> View:
+def make_view(
+    camera: Camera, depth: Float[Array, "height width"], noise: Scalar, gap: Scalar = 0.02, farthest: Scalar = 8.0
+) -> View:
     """Tiles of an image. Of each, the pixels within `gap` of its reference, one of the inner pixels, are averaged.
 
     Args:
         depth: measured; 0 or not finite: no measurement [m].
         noise: standard deviation of a pixel's depth over the square of that depth, s / (f B) [1/m].
+        farthest: what is farther than the camera can see is no measurement [m].
         gap: at 1 m and nearer; farther in proportion to the depth [m].
     """
     h, w = depth.shape[0] // TILE, depth.shape[1] // TILE
-    depth = jnp.where(jnp.isfinite(depth) & (depth > 0), depth, 0.0)[: h * TILE, : w * TILE]
+    depth = jnp.where(jnp.isfinite(depth) & (depth > 0) & (depth < farthest), depth, 0.0)[: h * TILE, : w * TILE]
     z = {(i, j): depth[i::TILE, j::TILE] for i in range(TILE) for j in range(TILE)}
     reference = z[1, 1]
     for place in ((2, 2), (1, 2), (2, 1)):

@@ -85,7 +85,7 @@ def safe_distance(params: SsmParams, v_r: Scalar) -> Float[Array, ""]:
     """
     close = separation_distance(params, v_r, params.v_h_near)
     far = separation_distance(params, v_r, params.v_h)
-    return jnp.where(close < params.near, close, jnp.maximum(far, params.near))
+    return jnp.where((close < params.near) & (far <= params.near), close, jnp.maximum(far, params.near))
 
 
 def assumed_human_speed(params: SsmParams, d: Scalar) -> Float[Array, ""]:

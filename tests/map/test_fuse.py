@@ -109,7 +109,7 @@ def test_what_is_hidden_stays(still, program, camera, look) -> None:
     assert behind.sum() > 500 and kept > 0.99 * behind.sum()
 
 
-@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -1.0])
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -1.0, 65.535])
 def test_an_image_without_depth_changes_nothing(still, program, camera, value: float) -> None:
     state, _, _ = still
     after, report = program(state, camera, jnp.full((480, 640), value, jnp.float32))

@@ -137,3 +137,9 @@ def test_empty_map(layout) -> None:
         layout, empty_map(layout).levels, PARAMS.ratio, jnp.asarray([0.1, 0.2, 0.3], jnp.float32)
     )
     assert float(d) == FAR and not np.any(g)
+
+
+def test_a_query_that_is_not_a_number_is_not_free_space(layout, read, levels) -> None:
+    x = jnp.asarray([[jnp.nan, 0.0, 0.3], [0.1, jnp.nan, 0.3]], jnp.float32)
+    corrected = jax.jit(jax.vmap(lambda x: map_distance(layout, levels, PARAMS.ratio, x)))
+    assert not np.isfinite(read(x)[0]).any() and not np.isfinite(corrected(x)).any()

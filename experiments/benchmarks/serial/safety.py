@@ -34,7 +34,7 @@ def safe_distance(params: SsmParams, v: float) -> float:
     stopping = v / params.brake
     fixed = v * (params.reaction_time + stopping / 2) + params.intrusion + params.Z_d + params.Z_r
     close, far = (fixed + person * (params.reaction_time + stopping) for person in (params.v_h_near, params.v_h))
-    return close if close < params.near else max(far, params.near)
+    return close if close < params.near and far <= params.near else max(far, params.near)
 
 
 def allowed_speeds(params: SsmParams, d: NDArray) -> NDArray:
