@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.map.layout import MapLayout
-from hrcjax.map.level import block_rows, nearest_blocks
-from hrcjax.map.query import NEAREST, corrected_distance, level_share
+from hrcjax.map.level import nearest_blocks
+from hrcjax.map.query import NEAREST, corrected_distance, level_share, rows_about
 from hrcjax.map.state import FieldMap
 from hrcjax.typing import Array, Float, Scalar, Vector3
 
@@ -36,13 +36,12 @@ def distance_and_deviation(
     d, deviation = jnp.asarray(0.0, x.dtype), jnp.asarray(0.0, x.dtype)
     for level in reversed(range(layout.levels)):
         blocks, spacing = state.levels[level], layout.spacing_of(level)
-        count = min(NEAREST, blocks.place.shape[0])
-        slots = nearest_blocks(layout, level, blocks, jax.lax.stop_gradient(x), count)
-        rows = blocks.rows if level == layout.levels - 1 else block_rows(blocks, slots)
-        near = corrected_distance(rows, layout.scale_of(level, ratio), x)
+        near = corrected_distance(rows_about(layout, level, blocks, x), layout.scale_of(level, ratio), x)
         if level:
             error = jnp.asarray(COARSE * spacing, x.dtype)
         else:
+            count = min(NEAREST, blocks.place.shape[0])
+            slots = nearest_blocks(layout, level, blocks, jax.lax.stop_gradient(x), count)
             information = state.information.at[slots].get(mode="fill", fill_value=1.0)
             noise = jnp.sum(near.weights**2 / jnp.maximum(information, 1.0))
             error = jnp.sqrt(noise + (spacing * (FLAT + EDGE * (1.0 - near.flatness))) ** 2)

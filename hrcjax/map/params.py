@@ -18,8 +18,6 @@ class MapParams(eqx.Module):
     """Errors of one frame are not independent: the mean of many pixels is not surer than this [m]."""
     memory: Scalar = 25.0
     """A point counts as many frames at most, so that slow changes are followed [1]."""
-    tile_gap: Scalar = 0.02
-    """Pixels of a tile nearer than this to its reference are one surface, at 1 m and less; in proportion beyond [m]."""
     through: Scalar = 0.01
     """A point is seen through if the nearest of 144 pixels about it lies farther behind than this and a deviation [m]."""
     clear_distance: Scalar = 0.025

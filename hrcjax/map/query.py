@@ -79,7 +79,8 @@ def level_share(layout: MapLayout, level: int, d: Float[Array, ""]) -> tuple[Flo
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
 
 
-def _rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
+def rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
+    """The points that a level has about x: of its nearest blocks, of the coarsest level all."""
     if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
         return blocks.rows
     x = jax.lax.stop_gradient(x)
@@ -96,7 +97,7 @@ def map_distance_and_gradient(
     """
     d, g = jnp.asarray(FAR, x.dtype), jnp.zeros_like(x)
     for level in reversed(range(layout.levels)):
-        rows = _rows_about(layout, level, levels[level], x)
+        rows = rows_about(layout, level, levels[level], x)
         near, towards = rows_distance_and_gradient(rows, layout.scale_of(level, ratio), x)
         share, slope = level_share(layout, level, near)
         g = (1 - share) * towards + share * g + slope * (d - near) * towards
@@ -109,13 +110,16 @@ def map_distance(
 ) -> Float[Array, ""]:
     """Distance to the mapped surfaces [m]; FAR if the map has no points.
 
+    Where coarse levels answer it reads too far: by up to 5 cm at 0.3 to 0.7 m, 19 cm beyond 1 m, measured at the default
+    spacing. `distance_bound` covers that.
+
     Args:
         ratio: length scale over spacing [1].
         corrected: without what curvature adds; False: the value of `map_distance_and_gradient`.
     """
     d = jnp.asarray(FAR, x.dtype)
     for level in reversed(range(layout.levels)):
-        rows, scale = _rows_about(layout, level, levels[level], x), layout.scale_of(level, ratio)
+        rows, scale = rows_about(layout, level, levels[level], x), layout.scale_of(level, ratio)
         near = (
             corrected_distance(rows, scale, x).distance if corrected else rows_distance_and_gradient(rows, scale, x)[0]
         )

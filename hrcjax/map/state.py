@@ -38,7 +38,7 @@ class FrameReport(eqx.Module):
     points: Int[Array, ""]
     """Points in the blocks that the frame saw."""
     blocks: Int[Array, ""]
-    """Blocks of level 0 with points."""
+    """Blocks of level 0 that have a place."""
     new: Int[Array, ""]
     """Points that appeared where nothing was."""
     dynamic: Int[Array, ""]
