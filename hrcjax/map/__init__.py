@@ -1,6 +1,8 @@
 """A map of surfaces as a distance field, built frame by frame from depth images."""
 
+from hrcjax.map.batch import map_distances_and_gradients
 from hrcjax.map.bound import distance_and_deviation, distance_bound
+from hrcjax.map.cloud_view import FACES, cloud_camera, tiles_along, view_from_cloud
 from hrcjax.map.fuse import fuse
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import Level, local_field
@@ -11,6 +13,7 @@ from hrcjax.map.stream import StreamParams, StreamState, admit, describe_frame, 
 from hrcjax.map.view import View, make_view
 
 __all__ = [
-    "DYNAMIC", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameReport", "Level", "MapLayout", "MapParams", "StreamParams", "StreamState", "View",
-    "admit", "describe_frame", "distance_and_deviation", "distance_bound", "empty_map", "fuse", "initial_stream", "local_field", "make_view", "map_distance", "map_distance_and_gradient",
+    "DYNAMIC", "FACES", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameReport", "Level", "MapLayout", "MapParams", "StreamParams", "StreamState", "View",
+    "admit", "cloud_camera", "describe_frame", "distance_and_deviation", "distance_bound", "empty_map", "fuse", "initial_stream", "local_field", "make_view", "map_distance", "map_distance_and_gradient", "map_distances_and_gradients",
+    "tiles_along", "view_from_cloud",
 ]  # fmt: skip

@@ -3,8 +3,8 @@
 import jax
 import jax.numpy as jnp
 
-from hrcjax.map.layout import EDGE, MapLayout
-from hrcjax.map.level import NOWHERE, Level
+from hrcjax.map.layout import EDGE, REACH, MapLayout
+from hrcjax.map.level import GRAIN, NO_BOX, Level, pack_box
 from hrcjax.typing import Array, Bool, Float, Int
 
 
@@ -53,15 +53,23 @@ def claim(
     return level, jnp.where(wanted, slots[cell], capacity), lost
 
 
-def bounding_boxes(rows: Float[Array, "block 4 voxel"]) -> Float[Array, "block 6"]:
-    """Least and greatest coordinates of the points of blocks [m]; of none: turned inside out, far away."""
+def bounding_boxes(
+    layout: MapLayout, level: int, place: Int[Array, "block 3"], rows: Float[Array, "block 4 voxel"]
+) -> Int[Array, "block"]:
+    """Boxes about the points of blocks, packed."""
     there = rows[:, 3:] > 0
-    low = jnp.min(jnp.where(there, rows[:, :3], NOWHERE), axis=2)
-    high = jnp.max(jnp.where(there, rows[:, :3], -NOWHERE), axis=2)
-    return jnp.concatenate([low, high], axis=1)
+    edge = layout.edge_of(level)
+    corner = jnp.asarray(layout.lower, rows.dtype) + (place - REACH).astype(rows.dtype) * edge
+    within = (rows[:, :3] - corner[:, :, None]) * (GRAIN / edge)
+    low = jnp.floor(jnp.min(jnp.where(there, within, GRAIN), axis=2)).astype(jnp.int32)
+    high = jnp.ceil(jnp.max(jnp.where(there, within, 0), axis=2)).astype(jnp.int32) - 1
+    packed = pack_box(jnp.clip(low, 0, GRAIN - 1), jnp.clip(high, 0, GRAIN - 1))
+    return jnp.where(jnp.any(there, axis=(1, 2)), packed, NO_BOX)
 
 
-def store(blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4 voxel"]) -> Level:
+def store(
+    layout: MapLayout, level: int, blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4 voxel"]
+) -> Level:
     """Writes points and boxes of blocks, and gives back the slots of those without points.
 
     Args:
@@ -71,7 +79,7 @@ def store(blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4
     size = shape[0] * shape[1] * shape[2]
     place = blocks.place.at[slots].get(mode="fill", fill_value=0)
     cell = jnp.where(slots < capacity, flat_index(shape, place), size)
-    box = blocks.box.reshape(6, -1).at[:, cell].set(bounding_boxes(rows).T, mode="drop").reshape(6, *shape)
+    box = blocks.box.reshape(-1).at[cell].set(bounding_boxes(layout, level, place, rows), mode="drop").reshape(shape)
     vacant = ~jnp.any(rows[:, 3] > 0, axis=1)
     slot = blocks.slot.reshape(-1).at[jnp.where(vacant, cell, size)].set(capacity, mode="drop").reshape(shape)
     places = blocks.place.at[jnp.where(vacant, slots, capacity)].set(0, mode="drop")

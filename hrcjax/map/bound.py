@@ -41,7 +41,8 @@ def distance_and_deviation(
             error = jnp.asarray(COARSE * spacing, x.dtype)
         else:
             count = min(NEAREST, blocks.place.shape[0])
-            slots = nearest_blocks(layout, level, blocks, jax.lax.stop_gradient(x), count)
+            at = jax.lax.stop_gradient(x)
+            slots, _ = nearest_blocks(layout, level, blocks, at, at, count)
             information = state.information.at[slots].get(mode="fill", fill_value=1.0)
             noise = jnp.sum(near.weights**2 / jnp.maximum(information, 1.0))
             error = jnp.sqrt(noise + (spacing * (FLAT + EDGE * (1.0 - near.flatness))) ** 2)

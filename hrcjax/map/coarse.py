@@ -6,7 +6,6 @@ from hrcjax.map.blocks import claim, flat_index, slots_around, store
 from hrcjax.map.layout import EDGE, REACH, MapLayout
 from hrcjax.map.level import Level
 from hrcjax.map.params import MapParams
-from hrcjax.map.weigh import refit
 from hrcjax.typing import Array, Bool, Float, Int
 
 
@@ -22,7 +21,6 @@ def follow(
     level: int,
     coarse: Level,
     stale: Bool[Array, "slot"],
-    turn: Int[Array, ""],
     place: Int[Array, "block 3"],
     rows: Float[Array, "block 4 voxel"],
     changed: Bool[Array, "block"],
@@ -35,7 +33,7 @@ def follow(
     Float[Array, "touched 4 voxel"],
     Bool[Array, "touched"],
 ]:
-    """A level after blocks of the one below have changed: their mean points, and the weights about them.
+    """A level after blocks of the one below have changed: their mean points are its own.
 
     Args:
         place: padded places of the blocks below.
@@ -43,7 +41,8 @@ def follow(
         changed: which of them to take over.
 
     Returns:
-        the level, what is stale in it and whose turn it is, and its own blocks that have changed: places, points, which.
+        the level, what is stale in it, how many blocks went without a place, and its own blocks that have changed: places,
+        points, which.
     """
     capacity = coarse.place.shape[0]
     most = min(capacity, layout.seen)  # of these blocks no more can change
@@ -55,7 +54,7 @@ def follow(
     below = place - REACH
     above = below // EDGE + REACH
     voxel = flat_index((EDGE, EDGE, EDGE), below % EDGE)
-    coarse, slot, _ = claim(coarse, above, changed & some, most)
+    coarse, slot, lost = claim(coarse, above, changed & some, most)
     known = coarse.slot.reshape(-1)[flat_index(coarse.slot.shape, above)]
     slot = jnp.where(changed, jnp.where(some, slot, known), capacity)
     old = coarse.rows.at[slot, :, voxel].get(mode="fill", fill_value=0)
@@ -71,7 +70,6 @@ def follow(
     own_rows = all_rows.at[touched].get(mode="fill", fill_value=0)
     real = touched < capacity
     about = jnp.where(real[:, None], slots_around(coarse, own), capacity)
-    coarse = store(coarse, touched, own_rows)
+    coarse = store(layout, level, coarse, touched, own_rows)
     stale = stale.at[about].set(True, mode="drop") & (coarse.place[:, 0] > 0)
-    coarse, stale, turn = refit(layout, level, coarse, stale, turn, params)
-    return coarse, stale, turn, own, own_rows, real
+    return coarse, stale, lost, own, own_rows, real

@@ -129,26 +129,25 @@ def fuse(
     changed = changed & (seen < capacity)
     about = jnp.where(changed[:, None], slots_around(base, place), capacity)
     drift = state.drift.at[seen].set(jnp.where(changed, 0.0, drift), mode="drop")
-    base = store(base, seen, rows)
+    base = store(layout, 0, base, seen, rows)
     stale = state.stale[0].at[about].set(True, mode="drop") & (base.place[:, 0] > 0)
-    base, stale, turn = refit(layout, 0, base, stale, state.turn[0], params)
-
-    levels, waiting, turns = [base], [stale], [turn]
+    levels, waiting = [base], [stale]
     below, points_below, changed_below = place, rows, changed
     for k in range(1, layout.levels):
-        level, stale, turn, below, points_below, changed_below = follow(
-            layout, k, state.levels[k], state.stale[k], state.turn[k], below, points_below, changed_below, params
+        level, stale, more, below, points_below, changed_below = follow(
+            layout, k, state.levels[k], state.stale[k], below, points_below, changed_below, params
         )
-        turns.append(turn)
+        lost = lost + more
         levels.append(level)
         waiting.append(stale)
+    levels, waiting, turn = refit(layout, tuple(levels), tuple(waiting), state.turn, params)
 
     def count(which: Bool[Array, "..."]) -> Int[Array, ""]:
         return jnp.sum(which, dtype=jnp.int32)
 
     report = FrameReport(
         points=count(there),
-        blocks=count(base.place[:, 0] > 0),
+        blocks=count(levels[0].place[:, 0] > 0),
         new=count(new),
         dynamic=count(dynamic),
         removed=count(gone),
@@ -158,9 +157,9 @@ def fuse(
         unseen=count(in_view) - count(seen < capacity),
     )
     fused = FieldMap(
-        levels=tuple(levels),
-        stale=tuple(waiting),
-        turn=jnp.stack(turns),
+        levels=levels,
+        stale=waiting,
+        turn=turn,
         information=state.information.at[seen].set(information, mode="drop"),
         missed=state.missed.at[seen].set(missed, mode="drop"),
         label=state.label.at[seen].set(label, mode="drop"),

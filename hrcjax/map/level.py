@@ -8,8 +8,10 @@ from hrcjax.field import GPField
 from hrcjax.map.layout import REACH, VOXELS, MapLayout
 from hrcjax.typing import Array, Float, Int, Scalar, Vector3
 
-NOWHERE = 1e3
-"""Coordinate of what does not exist, far from all queries [m]."""
+GRAIN = 32
+"""Parts of a block's edge in which the box about its points is kept."""
+NO_BOX = -1
+"""Box of a block without points."""
 
 
 class Level(eqx.Module):
@@ -17,8 +19,9 @@ class Level(eqx.Module):
 
     slot: Int[Array, "x y z"]
     """Slot of the block at a place; the capacity: none."""
-    box: Float[Array, "6 x y z"]
-    """Least and greatest coordinates of the points of the block at a place [m]."""
+    box: Int[Array, "x y z"]
+    """Box about the points of the block at a place: least x, y, z and greatest ones, five bits each, in GRAIN-ths of the
+    block; NO_BOX: no points. One number, as reading them is most of what a query costs."""
     place: Int[Array, "slot 3"]
     """Padded place of the block in a slot; 0: the slot is free."""
     rows: Float[Array, "slot 4 voxel"]
@@ -29,10 +32,9 @@ def empty_level(layout: MapLayout, level: int, dtype: jnp.dtype | type = jnp.flo
     """A level without points."""
     x, y, z = (n + 2 * REACH for n in layout.shape_of(level))
     capacity = layout.capacity_of(level)
-    none = jnp.asarray([NOWHERE] * 3 + [-NOWHERE] * 3, dtype)
     return Level(
         slot=jnp.full((x, y, z), capacity, jnp.int32),
-        box=jnp.broadcast_to(none[:, None, None, None], (6, x, y, z)) + jnp.zeros((6, x, y, z), dtype),
+        box=jnp.full((x, y, z), NO_BOX, jnp.int32),
         place=jnp.zeros((capacity, 3), jnp.int32),
         rows=jnp.zeros((capacity, 4, VOXELS), dtype),
     )
@@ -45,18 +47,66 @@ def padded_place(layout: MapLayout, level: int, x: Float[Array, "*n 3"]) -> Int[
     return jnp.clip(jnp.floor((x - lower) / layout.edge_of(level)).astype(jnp.int32), 0, top) + REACH
 
 
-def nearest_blocks(layout: MapLayout, level: int, blocks: Level, x: Vector3, count: int) -> Int[Array, "count"]:
-    """Slots of the blocks within REACH whose boxes are nearest to x; the capacity: none.
+def pack_box(low: Int[Array, "*n 3"], high: Int[Array, "*n 3"]) -> Int[Array, "*n"]:
+    """One number for a box from the GRAIN-th `low` to the end of the GRAIN-th `high`, each from 0 to GRAIN - 1."""
+    parts = jnp.concatenate([low, high], axis=-1) << jnp.arange(0, 30, 5, dtype=jnp.int32)
+    return jnp.sum(parts, axis=-1, dtype=jnp.int32)
+
+
+def gaps_about(
+    layout: MapLayout, level: int, blocks: Level, low: Vector3, high: Vector3, span: int
+) -> tuple[Int[Array, "place"], Float[Array, "place"]]:
+    """Places about a box of queries, and the squares of the gaps from that box to the boxes of the blocks there [m^2].
+
+    Args:
+        low, high: corners of the box; of a single query, the same [m].
+        span: places along each edge of the box.
+
+    Returns:
+        positions in the grid laid out in one row, and the gaps; infinity where no points are.
+    """
+    shape, edge = blocks.slot.shape, layout.edge_of(level)
+    size = tuple(min(2 * REACH + span, n) for n in shape)
+    begin = padded_place(layout, level, low) - REACH
+    start = [jnp.minimum(begin[a], shape[a] - size[a]) for a in range(3)]
+    box = jax.lax.dynamic_slice(blocks.box, start, size)
+    r2 = jnp.zeros((), low.dtype)
+    for a in range(3):
+        place = start[a] + jnp.arange(size[a], dtype=jnp.int32)
+        corner = (jnp.asarray(layout.lower[a], low.dtype) + (place - REACH).astype(low.dtype) * edge).reshape(
+            [-1 if axis == a else 1 for axis in range(3)]
+        )
+        first, last = ((box >> shift) & (GRAIN - 1) for shift in (5 * a, 5 * a + 15))
+        under = corner + first.astype(low.dtype) * (edge / GRAIN) - high[a]
+        over = low[a] - corner - (last + 1).astype(low.dtype) * (edge / GRAIN)
+        gap = jnp.maximum(jnp.maximum(under, over), 0.0)
+        r2 = r2 + gap * gap
+    offset = jnp.arange(size[0])[:, None, None] * shape[1] + jnp.arange(size[1])[:, None]
+    offset = offset * shape[2] + jnp.arange(size[2])
+    place = (start[0] * shape[1] + start[1]) * shape[2] + start[2] + offset.astype(jnp.int32)
+    return place.reshape(-1), jnp.where(box == NO_BOX, jnp.inf, r2).reshape(-1)
+
+
+def nearest_blocks(
+    layout: MapLayout, level: int, blocks: Level, low: Vector3, high: Vector3, count: int, span: int = 1
+) -> tuple[Int[Array, "count"], Float[Array, ""]]:
+    """Slots of the blocks about a box of queries whose own boxes are nearest to it; the capacity: none.
 
     Of a surface all blocks within some five length scales of the nearest point matter; `count` must hold these.
+
+    Args:
+        low, high: corners of the box; of a single query, the same [m].
+        span: places along each edge of the box.
+
+    Returns:
+        the slots, and the square of the gap to the last of them: to what is left out it is not less; infinity: nothing
+        is left out [m^2].
     """
-    i, j, k = padded_place(layout, level, x) - REACH
-    size = (2 * REACH + 1,) * 3
-    box = jax.lax.dynamic_slice(blocks.box, (jnp.zeros_like(i), i, j, k), (6, *size)).reshape(6, -1)
-    slots = jax.lax.dynamic_slice(blocks.slot, (i, j, k), size).reshape(-1)
-    gap = jnp.maximum(jnp.maximum(box[:3] - x[:, None], x[:, None] - box[3:]), 0.0)
-    _, best = jax.lax.top_k(-jnp.sum(gap * gap, axis=0), count)
-    return slots[best]
+    place, gap = gaps_about(layout, level, blocks, low, high, span)
+    # only whole results of top_k are used: of a part, XLA sorts everything
+    near, best = jax.lax.top_k(-gap, min(count, gap.shape[0]))
+    slots = jnp.where(jnp.isfinite(near), blocks.slot.reshape(-1)[place[best]], blocks.place.shape[0])
+    return slots, jnp.max(-near)
 
 
 def block_rows(blocks: Level, slots: Int[Array, "block"]) -> Float[Array, "block 4 voxel"]:
@@ -71,7 +121,8 @@ def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio:
         ratio: length scale over spacing [1].
         count: number of blocks.
     """
-    rows = block_rows(blocks, nearest_blocks(layout, level, blocks, jax.lax.stop_gradient(x), count))
+    at = jax.lax.stop_gradient(x)
+    rows = block_rows(blocks, nearest_blocks(layout, level, blocks, at, at, count)[0])
     points = jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3)
     weights = rows[:, 3].reshape(-1)
     scale = jnp.asarray(layout.scale_of(level, ratio), x.dtype)

@@ -11,7 +11,7 @@ from hrcjax.field.curvature import curvature_correction, tangential_share
 from hrcjax.field.kernel import blended_root
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level, block_rows, nearest_blocks
-from hrcjax.typing import Array, Float, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Matrix3, Scalar, Vector3
 
 NEAREST = 16
 """Blocks of a level that a query reads."""
@@ -56,6 +56,23 @@ class Corrected(NamedTuple):
     """Shares of the points in the occupancy [1]."""
 
 
+def corrected(
+    log_o: Float[Array, ""], offset: Vector3, spread: Matrix3, some: Bool[Array, ""], scale: Float[Array, ""]
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Distance corrected for curvature [m], and the flatness [1]; see `hrcjax.field.curvature`.
+
+    Args:
+        log_o: logarithm of the occupancy [1].
+        offset: from the mean of the points under their shares to the query [m].
+        spread: covariance of the points under their shares [m^2].
+        some: whether there are points.
+        scale: length scale [m].
+    """
+    flatness = tangential_share(spread, offset, scale)
+    v = -2.0 * log_o + curvature_correction(flatness, offset, scale)
+    return jnp.where(some, scale * blended_root(v), FAR), jnp.clip(flatness, 0.0, 1.0)
+
+
 def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> Corrected:
     """The distance of the points of some blocks, corrected for curvature; see `hrcjax.field.curvature`."""
     scale = jnp.asarray(length_scale, x.dtype)
@@ -63,17 +80,21 @@ def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar
     c = [jnp.sum(share * e) for e in d]
     second = [[jnp.sum(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
     spread = jnp.stack([jnp.stack([second[max(i, j)][min(i, j)] for j in range(3)]) for i in range(3)])
-    offset = jnp.stack(c)
-    flatness = tangential_share(spread, offset, scale)
-    v = -2.0 * log_o + curvature_correction(flatness, offset, scale)
-    return Corrected(jnp.where(some, scale * blended_root(v), FAR), jnp.clip(flatness, 0.0, 1.0), share)
+    distance, flatness = corrected(log_o, jnp.stack(c), spread, some, scale)
+    return Corrected(distance, flatness, share)
 
 
-def level_share(layout: MapLayout, level: int, d: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+def level_range(layout: MapLayout, level: int) -> tuple[float, float]:
+    """Between these distances a level gives way to the next one [m]."""
+    low, high = (part * REACH * layout.edge_of(level) for part in BLEND[min(level, 1)])
+    return low, high
+
+
+def level_share(layout: MapLayout, level: int, d: Float[Array, "*n"]) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
     """Share of the coarser levels at the distance d that a level reads [1], and its derivative [1/m]."""
     if level == layout.levels - 1:
         return jnp.zeros_like(d), jnp.zeros_like(d)
-    low, high = (part * REACH * layout.edge_of(level) for part in BLEND[min(level, 1)])
+    low, high = level_range(layout, level)
     width = high - low
     t = jnp.clip((d - low) / width, 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
@@ -84,7 +105,21 @@ def rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Floa
     if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
         return blocks.rows
     x = jax.lax.stop_gradient(x)
-    return block_rows(blocks, nearest_blocks(layout, level, blocks, x, min(NEAREST, blocks.place.shape[0])))
+    return block_rows(blocks, nearest_blocks(layout, level, blocks, x, x, min(NEAREST, blocks.place.shape[0]))[0])
+
+
+def reading_about(
+    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Vector3, correct: bool
+) -> tuple[Float[Array, ""], Vector3]:
+    """Distance [m] and gradient [1] that one level reads.
+
+    Args:
+        correct: for curvature.
+    """
+    rows, scale = rows_about(layout, level, blocks, x), layout.scale_of(level, ratio)
+    if correct:
+        return jax.value_and_grad(lambda x: corrected_distance(rows, scale, x).distance)(x)
+    return rows_distance_and_gradient(rows, scale, x)
 
 
 def map_distance_and_gradient(
@@ -97,8 +132,7 @@ def map_distance_and_gradient(
     """
     d, g = jnp.asarray(FAR, x.dtype), jnp.zeros_like(x)
     for level in reversed(range(layout.levels)):
-        rows = rows_about(layout, level, levels[level], x)
-        near, towards = rows_distance_and_gradient(rows, layout.scale_of(level, ratio), x)
+        near, towards = reading_about(layout, level, levels[level], ratio, x, correct=False)
         share, slope = level_share(layout, level, near)
         g = (1 - share) * towards + share * g + slope * (d - near) * towards
         d = near + share * (d - near)

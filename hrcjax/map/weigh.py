@@ -9,8 +9,8 @@ from hrcjax.map.level import Level
 from hrcjax.map.params import MapParams
 from hrcjax.typing import Array, Bool, Float, Int
 
-HALO = 3
-"""Voxels about a block whose points count; farther ones are more than three length scales away."""
+HALO = 2
+"""Voxels about a block whose points count; farther ones are more than 2 spacings away, at 0.7 spacings exp(-4.1)."""
 
 
 def block_grid(blocks: Level, place: Int[Array, "block 3"]) -> Float[Array, "channel x y z block"]:
@@ -24,16 +24,16 @@ def block_grid(blocks: Level, place: Int[Array, "block 3"]) -> Float[Array, "cha
 
 
 def lumped_weights(
-    layout: MapLayout, level: int, blocks: Level, place: Int[Array, "block 3"], params: MapParams
+    grid: Float[Array, "channel x y z block"], length_scale: Float[Array, "block"], params: MapParams
 ) -> Float[Array, "block voxel"]:
     """Weights alpha_i = 1 / (s2 + sum_j k_ij) of the points of blocks [1]; 0 where no point is.
 
     Args:
-        place: padded places of blocks.
+        grid: of `block_grid`.
+        length_scale: of each block [m].
     """
-    grid = block_grid(blocks, place)
     exists = (grid[3] > 0).astype(grid.dtype)
-    precision = 0.5 / layout.scale_of(level, params.ratio) ** 2
+    precision = 0.5 / length_scale**2
     cut = slice(HALO, HALO + EDGE)
     x, y, z = (grid[a, cut, cut, cut] for a in range(3))
     span, size = 2 * HALO + 1, (EDGE, EDGE, EDGE, grid.shape[-1])
@@ -49,23 +49,47 @@ def lumped_weights(
     return jnp.moveaxis(weights, -1, 0).reshape(-1, VOXELS)
 
 
-def refit(
-    layout: MapLayout, level: int, blocks: Level, stale: Bool[Array, "slot"], turn: Int[Array, ""], params: MapParams
-) -> tuple[Level, Bool[Array, "slot"], Int[Array, ""]]:
-    """Fits the weights of some stale blocks, in turn, so that all come to be fitted.
+def next_in_turn(
+    layout: MapLayout, level: int, stale: Bool[Array, "slot"], turn: Int[Array, ""]
+) -> tuple[Int[Array, "block"], Int[Array, ""]]:
+    """Slots of the stale blocks that are fitted now (the capacity: none), and at which slot it goes on.
 
     Args:
         turn: slot to begin at.
-
-    Returns:
-        the level, which blocks are stale then, and whose turn is next.
     """
     capacity = stale.shape[0]
     most = min(layout.refitted // EDGE ** (2 * level) + EDGE, capacity)
     rolled = jnp.nonzero(jnp.roll(stale, -turn), size=most, fill_value=capacity)[0].astype(jnp.int32)
-    again = jnp.where(rolled < capacity, (rolled + turn) % capacity, capacity)
-    after = jnp.where(rolled[-1] < capacity, (again[-1] + 1) % capacity, 0).astype(jnp.int32)
-    place = blocks.place.at[again].get(mode="fill", fill_value=1)
-    weights = lumped_weights(layout, level, blocks, place, params)
-    rows = blocks.rows.at[again, 3].set(weights, mode="drop")
-    return Level(blocks.slot, blocks.box, blocks.place, rows), stale.at[again].set(False, mode="drop"), after
+    slots = jnp.where(rolled < capacity, (rolled + turn) % capacity, capacity)
+    return slots, jnp.where(rolled[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
+
+
+def refit(
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    stale: tuple[Bool[Array, "_"], ...],
+    turn: Int[Array, "level"],
+    params: MapParams,
+) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
+    """Fits the weights of some stale blocks of each level, in turn, so that all come to be fitted.
+
+    Returns:
+        the levels, which blocks are stale then, and whose turn is next.
+    """
+    chosen = [next_in_turn(layout, k, s, turn[k]) for k, s in enumerate(stale)]
+    grids = [
+        block_grid(level, level.place.at[slots].get(mode="fill", fill_value=1))
+        for level, (slots, _) in zip(levels, chosen, strict=True)
+    ]
+    scales = [
+        jnp.full(slots.shape, layout.scale_of(k, params.ratio), grids[0].dtype) for k, (slots, _) in enumerate(chosen)
+    ]
+    weights = lumped_weights(jnp.concatenate(grids, axis=-1), jnp.concatenate(scales), params)
+    fitted, waiting, begin = [], [], 0
+    for level, which, (slots, _) in zip(levels, stale, chosen, strict=True):
+        own = weights[begin : begin + slots.shape[0]]
+        begin += slots.shape[0]
+        rows = level.rows.at[slots, 3].set(own, mode="drop")
+        fitted.append(Level(level.slot, level.box, level.place, rows))
+        waiting.append(which.at[slots].set(False, mode="drop"))
+    return tuple(fitted), tuple(waiting), jnp.stack([after for _, after in chosen])

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from hrcjax.map import DYNAMIC, NEW, MapLayout, MapParams, empty_map, fuse, make_view
+from hrcjax.map.layout import REACH
+from hrcjax.map.level import NO_BOX
 from hrcjax.sense import NoiseParams, d435i
 from hrcjax.sense.camera import render_scene
 from hrcjax.sense.noise import measure
@@ -68,16 +70,22 @@ def test_points_lie_on_the_surfaces(still) -> None:
 
 
 def test_boxes_about_points_and_slots_are_true(still, layout) -> None:
+    """Boxes hold the points, and are a 32nd of the block larger on every side at most."""
     state, _, _ = still
-    for level in state.levels:
+    for number, level in enumerate(state.levels):
+        edge = layout.edge_of(number)
         slot, place, rows, box = (np.asarray(v) for v in (level.slot, level.place, level.rows, level.box))
         used = np.flatnonzero(place[:, 0])
         assert len(used) == (slot < len(place)).sum() > 0
         assert (slot[tuple(place[used].T)] == used).all()
         for s in used:
             points = rows[s, :3, rows[s, 3] > 0]
-            np.testing.assert_allclose(box[:3, *place[s]], points.min(axis=0), atol=1e-6)
-            np.testing.assert_allclose(box[3:, *place[s]], points.max(axis=0), atol=1e-6)
+            corner = np.asarray(layout.lower) + (place[s] - REACH) * edge
+            parts = (box[tuple(place[s])] >> np.arange(0, 30, 5)) & 31
+            low, high = corner + parts[:3] * edge / 32, corner + (parts[3:] + 1) * edge / 32
+            under, over = points.min(axis=0) - low, high - points.max(axis=0)
+            assert (np.minimum(under, over) > -1e-5).all() and (np.maximum(under, over) < edge / 32 + 1e-5).all()
+        assert (box[slot >= len(place)] == NO_BOX).all() and (box[tuple(place[used].T)] != NO_BOX).all()
 
 
 def test_what_moved_away_goes_within_two_frames_and_what_came_is_new_at_once(still, program, camera, look) -> None:

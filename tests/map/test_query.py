@@ -60,13 +60,13 @@ def queries(kept: np.ndarray, near: float, far: float, count: int = 400) -> np.n
 
 
 def test_near_surfaces_it_is_the_field_of_all_points(read, kept) -> None:
-    """Cutting the process into blocks, and the kernel off at three voxels, costs less than a tenth of a millimetre."""
+    """Cutting the process into blocks, and the kernel off at two voxels, costs less than a tenth of a millimetre."""
     whole = fit(Cloud(jnp.asarray(kept), jnp.ones(len(kept), bool)), FieldParams(SCALE, PARAMS.noise))
     x = queries(kept, 0.002, 0.28)
     expected, slope = jax.jit(jax.vmap(jax.value_and_grad(lambda x: distance(whole, x))))(x)
     d, g = read(x)
     np.testing.assert_allclose(d, expected, atol=1e-4)
-    np.testing.assert_allclose(g, slope, atol=0.02)
+    np.testing.assert_allclose(g, slope, atol=0.03)  # at 2 mm, where it is 1.3 long
 
 
 def test_local_field_is_a_field_like_any_other(layout, levels, read, kept) -> None:

@@ -1,0 +1,176 @@
+"""Many queries of a map at once. What a lone query spends most of its time on, looking for the blocks about it, is done
+once for a group of neighbours, and levels that no query of a group needs are not read.
+
+`map_distance_and_gradient` and `map_distance` are the definition; this is the same to rounding.
+"""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.field import FAR
+from hrcjax.field.closed_form import read
+from hrcjax.map.layout import MapLayout
+from hrcjax.map.level import Level, block_rows, nearest_blocks, padded_place
+from hrcjax.map.query import corrected, level_range, level_share, reading_about
+from hrcjax.typing import Array, Float, Int, Scalar
+
+GROUP = 32
+"""Queries of a group; fewer ones are read one by one."""
+GROUP_BLOCKS = 64
+"""Blocks of a level that a group reads."""
+SPAN = 4
+"""Places along each edge of a group, at most; a wider one is read query by query."""
+_LEAST_EXPONENT = -60.0  # numbers below the least normal one are slow
+TAIL = 14.0
+"""Blocks are left out if they add less than exp(-TAIL / 2) to the occupancy, relatively; else queries are read one by
+one [1]."""
+
+Readings = tuple[Float[Array, "query"], Float[Array, "query 3"]]
+
+
+def morton_code(cell: Int[Array, "*n 3"]) -> Int[Array, "*n"]:
+    """Position of a cell (each number below 1024) along the Z-order curve: near each other on it, near in space."""
+
+    def spread(v: Array) -> Array:
+        for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+            v = (v | (v << shift)) & mask
+        return v
+
+    x, y, z = (spread(cell[..., a]) for a in range(3))
+    return x | (y << 1) | (z << 2)
+
+
+def group_readings(
+    rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Float[Array, "query 3"], correct: bool
+) -> tuple[Readings, Float[Array, ""]]:
+    """Distances [m] and gradients [1] of neighbouring queries by one set of points.
+
+    Squares of distances are a matrix product, about the middle of the queries so that no digits are lost.
+
+    Args:
+        correct: for curvature.
+
+    Returns:
+        the readings, and the square of a radius about any query within which points are known to be [m^2].
+    """
+    scale = jnp.asarray(length_scale, x.dtype)
+    precision = 0.5 / scale**2
+    known = jnp.where(jnp.isfinite(x), x, 0.0)  # one query that is not a number must not spoil the others
+    middle = jax.lax.stop_gradient(jnp.mean(known, axis=0))
+    weight = rows[:, 3].reshape(-1)
+    there = weight > 0
+    some = jnp.any(there)
+    p = jnp.where(there, jnp.moveaxis(rows[:, :3], 1, 0).reshape(3, -1) - middle[:, None], 0.0)
+    logarithm = jnp.where(there, jnp.log(jnp.maximum(weight, 1e-30)) - precision * jnp.sum(p * p, axis=0), -1e9)
+    factors = jnp.concatenate([p, logarithm[None]])
+    second = jnp.stack([p[i] * p[j] for i in range(3) for j in range(i + 1)]) if correct else p[:0]
+    moments = jnp.concatenate([p, jnp.ones_like(p[:1]), second])
+
+    def sums(x: Float[Array, "query 3"]) -> tuple[Array, Array, Array, Array]:
+        own = x - middle
+        exponent = jnp.concatenate([(2 * precision) * own, jnp.ones_like(own[:, :1])], axis=1) @ factors
+        top = jax.lax.stop_gradient(jnp.max(exponent, axis=1))
+        total = jnp.exp(jnp.maximum(exponent - top[:, None], _LEAST_EXPONENT)) @ moments.T
+        mass = jnp.where(some, total[:, 3], 1.0)
+        log_o = top + jnp.log(mass) - precision * jnp.sum(own * own, axis=1)
+        mean = total[:, :3] / mass[:, None]
+        return log_o, own - mean, mean, total[:, 4:] / mass[:, None]
+
+    def distances(x: Float[Array, "query 3"]) -> tuple[Array, tuple[Array, Array]]:
+        log_o, offset, mean, second = sums(x)
+
+        def one(log_o: Array, offset: Array, mean: Array, second: Array) -> Array:
+            entry = {(i, j): second[i * (i + 1) // 2 + j] - mean[i] * mean[j] for i in range(3) for j in range(i + 1)}
+            spread = jnp.stack([jnp.stack([entry[max(i, j), min(i, j)] for j in range(3)]) for i in range(3)])
+            return corrected(log_o, offset, spread, some, scale)[0]
+
+        d = jax.vmap(one)(log_o, offset, mean, second)
+        return jnp.sum(d), (d, log_o)
+
+    if correct:
+        g, (d, log_o) = jax.grad(distances, has_aux=True)(x)
+    else:
+        log_o, offset, _, _ = sums(x)
+        d, g = jax.vmap(lambda a, b: read(a, b, some, scale))(log_o, offset)
+    reach = (jnp.log(jnp.maximum(jnp.sum(weight), 1e-30)) - jnp.min(log_o)) / precision
+    return (d, g), jnp.where(some, reach, jnp.inf)
+
+
+def _by_group(
+    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], correct: bool
+) -> Readings:
+    """Readings of one level at the queries of a group."""
+    scale = layout.scale_of(level, ratio)
+    if level == layout.levels - 1:
+        return group_readings(blocks.rows, scale, x, correct)[0]
+    low, high = jnp.min(x, axis=0), jnp.max(x, axis=0)
+    slots, left_out = nearest_blocks(layout, level, blocks, low, high, GROUP_BLOCKS, SPAN)
+    readings, reach = group_readings(block_rows(blocks, slots), scale, x, correct)
+    wide = padded_place(layout, level, high) - padded_place(layout, level, low) >= SPAN
+    # what is farther than the level answers need not be known
+    most = (level_range(layout, level)[1] + 4.0 * scale) ** 2
+    needed = jnp.minimum(reach + TAIL * jnp.asarray(scale, x.dtype) ** 2, most)
+    whole = (left_out > needed) & ~jnp.any(wide) & jnp.all(jnp.isfinite(x))
+    return jax.lax.cond(whole, lambda: readings, lambda: _one_by_one(layout, level, blocks, ratio, x, correct))
+
+
+def _one_by_one(
+    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], correct: bool
+) -> Readings:
+    """Readings of one level, each query with blocks of its own."""
+    return jax.vmap(lambda x: reading_about(layout, level, blocks, ratio, x, correct))(x)
+
+
+def _through_levels(
+    layout: MapLayout, level: int, at: Callable[[int], Readings], count: int, dtype: jnp.dtype
+) -> Readings:
+    """Readings of a level and of the coarser ones, which are not read if no query needs them."""
+    d, g = at(level)
+    if level == layout.levels - 1:
+        return d, g
+    share, slope = level_share(layout, level, d)
+
+    def nothing() -> Readings:
+        return jnp.full((count,), FAR, dtype), jnp.zeros((count, 3), dtype)
+
+    needed = jnp.any(~(share <= 0))
+    far, away = jax.lax.cond(needed, lambda: _through_levels(layout, level + 1, at, count, dtype), nothing)
+    mixed = (1 - share)[:, None] * g + share[:, None] * away + (slope * (far - d))[:, None] * g
+    return d + share * (far - d), mixed
+
+
+def map_distances_and_gradients(
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    ratio: Scalar,
+    x: Float[Array, "query 3"],
+    correct: bool = False,
+) -> Readings:
+    """Distances to the mapped surfaces [m] and their gradients [1] at any number of queries.
+
+    Under `vmap` nothing is skipped: call it with all queries instead. No reverse derivatives.
+
+    Args:
+        ratio: length scale over spacing [1].
+        correct: False: of `map_distance_and_gradient`; True: of `map_distance`, with what curvature adds taken off.
+    """
+    count = x.shape[0]
+    if count < GROUP:
+        return _through_levels(
+            layout, 0, lambda k: _one_by_one(layout, k, levels[k], ratio, x, correct), count, x.dtype
+        )
+    # groups of neighbours
+    cell = padded_place(layout, 0, x)
+    order = jnp.argsort(morton_code(cell))
+    order = jnp.concatenate([order, jnp.full((-count % GROUP,), order[-1])])
+    groups = x[order].reshape(-1, GROUP, 3)
+    d, g = jax.lax.map(
+        lambda x: _through_levels(
+            layout, 0, lambda k: _by_group(layout, k, levels[k], ratio, x, correct), GROUP, x.dtype
+        ),
+        groups,
+    )
+    empty = jnp.zeros((count, 3), x.dtype)
+    return empty[:, 0].at[order].set(d.reshape(-1)), empty.at[order].set(g.reshape(-1, 3))
