@@ -28,7 +28,7 @@ def storage_errors(path: Path) -> Iterator[None]:
         raise
     except (OSError, RuntimeError) as error:  # HDF5 reports a full disk as either
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise StorageError(f"cannot write {path}: {reason}; finished chunks are kept; the command resumes") from error
+        raise StorageError(f"cannot write {path}: {reason}; what was finished before is kept") from error
 
 
 def replace_file(path: Path, write: Callable[[Path], None]) -> None:

@@ -20,11 +20,19 @@ def one_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def exit_status(program: Callable[[], int]) -> int:
+def exit_status(
+    program: Callable[[], int],
+    stopped: str = "stopped; the same command resumes where it was",
+    memory: str = "not enough memory for one chunk of settings; give a smaller --memory",
+) -> int:
     """Runs a program; turns what a user can mend into one line on stderr and an exit status that is not 0.
 
     0: done. 1: results could not be written. 2: wrong options. 3: done, but some results are not finite.
     130: stopped from the keyboard. 141: nobody reads the output. With HRCJAX_DEBUG=1 in the environment, tracebacks.
+
+    Args:
+        stopped: what to say after an interrupt.
+        memory: what to say if there is not enough of it.
     """
     if os.environ.get("HRCJAX_DEBUG") == "1":
         return program()
@@ -38,10 +46,10 @@ def exit_status(program: Callable[[], int]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except KeyboardInterrupt:
-        message, status = "stopped; the same command resumes where it was", 130
+        message, status = stopped, 130
     except (MemoryError, jax.errors.JaxRuntimeError) as error:
         if not isinstance(error, MemoryError) and "RESOURCE_EXHAUSTED" not in str(error):
             raise
-        message, status = "not enough memory for one chunk of settings; give a smaller --memory", 1
+        message, status = memory, 1
     print(f"error: {message}", file=sys.stderr, flush=True)
     return status

@@ -1,6 +1,5 @@
 """`python -m experiments.sweep`: the whole system for many settings of its parameters."""
 
-import os
 import sys
 import time
 from collections.abc import Sequence
@@ -11,6 +10,7 @@ from typing import Any
 import jax
 
 from configs import CONFIGS, SweepConfig
+from experiments.compiled import keep_compiled
 from experiments.dataset import taken_names, world_shape, write_results
 from experiments.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
 from experiments.errors import StorageError, UsageError, exit_status, one_line
@@ -237,19 +237,12 @@ def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tall
     return 0
 
 
-def _keep_compiled() -> None:
-    """Keeps compiled programs between runs, unless the user chose a place or none."""
-    if jax.config.jax_compilation_cache_dir is None and "JAX_COMPILATION_CACHE_DIR" not in os.environ:  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
-        cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla"
-        jax.config.update("jax_compilation_cache_dir", str(cache))
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """The program; returns its exit status."""
 
     def program() -> int:
         config = parse(sys.argv[1:] if argv is None else argv)
-        _keep_compiled()
+        keep_compiled()
         return run(config)
 
     try:

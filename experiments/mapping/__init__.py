@@ -1,0 +1,1 @@
+"""A recording into a map: the parts of `python -m experiments.map`."""

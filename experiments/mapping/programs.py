@@ -1,0 +1,147 @@
+"""The compiled programs of the map: one for each size of image, and of cloud."""
+
+import time
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.map import (
+    FieldMap,
+    FrameReport,
+    MapLayout,
+    MapParams,
+    StreamParams,
+    StreamState,
+    View,
+    admit,
+    cloud_camera,
+    fuse,
+    make_view,
+    view_from_cloud,
+)
+from hrcjax.map.view import TILE
+from hrcjax.sense import Camera
+from hrcjax.typing import Array, Bool, Float, Int
+
+FARTHEST = 8.0
+"""What an image says is farther is no measurement, unless `far` is [m]."""
+
+
+class Programs:
+    """Functions of arrays alone, compiled when they are first asked for."""
+
+    def __init__(self, layout: MapLayout) -> None:
+        self.layout = layout
+        self.compiled: dict[Hashable, Any] = {}
+        self.seconds = 0.0
+        """Time spent on compiling [s]."""
+
+    def run(self, key: Hashable, function: Callable[..., Any], *args: Any, donate: tuple[int, ...] = ()) -> Any:
+        """The function's results; waits for them.
+
+        Args:
+            key: names function and shapes.
+            donate: positions of arguments that are not used again.
+        """
+        if key not in self.compiled:
+            begin = time.perf_counter()
+            self.compiled[key] = jax.jit(function, donate_argnums=donate).lower(*args).compile()
+            self.seconds += time.perf_counter() - begin
+        return jax.block_until_ready(self.compiled[key](*args))
+
+    def image(
+        self,
+        state: FieldMap,
+        stream: StreamState,
+        params: MapParams,
+        limits: StreamParams,
+        stamp: Float[Array, ""],
+        camera: Camera,
+        depth: Float[Array, "height width"],
+    ) -> tuple[FieldMap, StreamState, FrameReport, Int[Array, ""], Int[Array, ""], Int[Array, ""]]:
+        """A depth image into the map.
+
+        Returns:
+            map, stream, report, reasons of a refusal, tiles with a surface, and of them those too near or too far.
+        """
+
+        def image(
+            state: FieldMap, stream: StreamState, params: MapParams, limits: StreamParams, stamp: Array, camera: Camera, depth: Array
+        ) -> Any:  # fmt: skip
+            view = make_view(camera, depth, params.pixel_noise, farthest=jnp.maximum(FARTHEST, params.far))
+            stream, view, reasons = admit(limits, stream, stamp, camera, view)
+            state, report = fuse(self.layout, params, state, camera, view)
+            return state, stream, report, reasons, *_tiles(params, camera, view)
+
+        return self.run(("image", depth.shape), image, state, stream, params, limits, stamp, camera, depth, donate=(0,))
+
+    def admit_cloud(
+        self, stream: StreamState, limits: StreamParams, stamp: Float[Array, ""], camera: Camera
+    ) -> tuple[StreamState, Int[Array, ""]]:
+        """Stamp and pose of a cloud that has points: the stream, and reasons of a refusal."""
+
+        def admit_cloud(stream: StreamState, limits: StreamParams, stamp: Array, camera: Camera) -> Any:
+            view = View(jnp.zeros((1, 3), stamp.dtype), jnp.ones(1, bool), jnp.zeros(1, stamp.dtype), jnp.zeros((1, 1), stamp.dtype))  # fmt: skip
+            stream, _, reasons = admit(limits, stream, stamp, camera, view)
+            return stream, reasons
+
+        return self.run(("admit", camera.width), admit_cloud, stream, limits, stamp, camera)
+
+    def cloud(
+        self,
+        state: FieldMap,
+        params: MapParams,
+        rotation: Float[Array, "3 3"],
+        position: Float[Array, "3"],
+        cloud: Float[Array, "point 3"],
+        mask: Bool[Array, "point"],
+        gap: Float[Array, ""],
+        through: Bool[Array, ""],
+        tiles: int,
+    ) -> tuple[FieldMap, FrameReport, Int[Array, ""], Int[Array, ""]]:
+        """One look at a cloud into the map.
+
+        Args:
+            rotation, position: of the virtual camera.
+            cloud, mask: padded points in its axes [m].
+            gap: between points of one surface [m].
+            through: False: nothing is seen through.
+            tiles: along each edge of its image.
+
+        Returns:
+            map, report, points in the image, and of them those too near or too far.
+        """
+
+        def look(
+            state: FieldMap, params: MapParams, rotation: Array, position: Array, cloud: Array, mask: Array, gap: Array, through: Array
+        ) -> Any:  # fmt: skip
+            camera = cloud_camera(rotation, position, tiles)
+            view = view_from_cloud(camera, cloud, mask, params.pixel_noise, gap)
+            view = View(view.points, view.mask, view.variance, jnp.where(through, view.depth, 0.0))
+            state, report = fuse(self.layout, params, state, camera, view)
+            return state, report, *_tiles(params, camera, view)
+
+        return self.run(
+            ("cloud", cloud.shape, tiles), look, state, params, rotation, position, cloud, mask, gap, through, donate=(0,)
+        )  # fmt: skip
+
+    def settle(self, state: FieldMap, params: MapParams) -> tuple[FieldMap, FrameReport]:
+        """A frame that sees nothing: blocks that wait are fitted, nothing else changes."""
+
+        def settle(state: FieldMap, params: MapParams) -> Any:
+            dtype = state.information.dtype
+            one, size = jnp.ones((), dtype), TILE
+            camera = Camera(jnp.eye(3, dtype=dtype), jnp.zeros(3, dtype), one, one, one, one, size, size)
+            view = View(jnp.zeros((1, 3), dtype), jnp.zeros(1, bool), jnp.ones(1, dtype), jnp.zeros((1, 1), dtype))
+            return fuse(self.layout, params, state, camera, view)
+
+        return self.run("settle", settle, state, params, donate=(0,))
+
+
+def _tiles(params: MapParams, camera: Camera, view: View) -> tuple[Int[Array, ""], Int[Array, ""]]:
+    """Tiles with a surface, and of them those outside of the limits of depth."""
+    depth = (view.points - camera.position) @ camera.rotation[:, 2]
+    beyond = view.mask & ~((depth > params.near) & (depth < params.far))
+    return jnp.sum(view.mask, dtype=jnp.int32), jnp.sum(beyond, dtype=jnp.int32)

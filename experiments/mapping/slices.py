@@ -1,0 +1,90 @@
+"""The distance field of a map on three planes."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from experiments.mapping.map_points import map_points
+from experiments.mapping.numbers import numbers_of
+from hrcjax.map import FieldMap, MapLayout, MapParams, distance_bound, map_distance
+from hrcjax.viz import FieldSlice
+
+CELLS, ARROWS = 110, 18
+"""Cells and arrows along the longer edge of a slice."""
+MARGIN = 0.3
+"""Of a slice about the points [m]."""
+BATCH = 256
+"""Queries that are read together."""
+PLANES = ((2, 0, 1), (1, 0, 2), (0, 1, 2))
+"""Axis across, to the right and up: one horizontal slice, two upright ones."""
+
+
+def middle_of(points: np.ndarray) -> np.ndarray:
+    """Middle of the box about all but the outermost points, (3,) [m]."""
+    low, high = (np.quantile(points, q, axis=0) for q in (0.02, 0.98))
+    return (low + high) / 2
+
+
+def make_slices(
+    layout: MapLayout, params: MapParams, state: FieldMap, at: Any = None, bound: bool = False
+) -> list[FieldSlice]:
+    """Slices of the corrected distance, with arrows of its gradient.
+
+    Args:
+        at: a point of all three planes (3,) [m]; None: the middle of the points.
+        bound: of the lower bound instead, without arrows.
+    """
+    points, _ = map_points(state)
+    box = points if len(points) else np.asarray([layout.lower], float)
+    at = np.asarray(middle_of(box) if at is None else at, float)
+    low, high = (np.quantile(box, q, axis=0) for q in (0.002, 0.998))
+    low, high = np.minimum(low, at) - MARGIN, np.maximum(high, at) + MARGIN
+    ratio = numbers_of(params)["ratio"]
+
+    def value(state: FieldMap, x: Any) -> Any:
+        if bound:
+            return distance_bound(layout, state, ratio, x)
+        return map_distance(layout, state.levels, ratio, x)
+
+    distances = _many(value, state)
+    gradients = _many(lambda state, x: jax.grad(lambda x: value(state, x))(x), state)
+    planes = []
+    for across, right, up in PLANES:
+        size = max(high[right] - low[right], high[up] - low[up])
+
+        def grid(step: float, across: int = across, right: int = right, up: int = up) -> tuple[Any, Any, np.ndarray]:
+            a, b = (low[k] + (np.arange(max(2, round((high[k] - low[k]) / step))) + 0.5) * step for k in (right, up))
+            places = np.empty((len(a), len(b), 3))
+            places[..., across], places[..., right], places[..., up] = at[across], a[:, None], b
+            return a, b, places
+
+        a, b, places = grid(size / CELLS)
+        distance = distances(places.reshape(-1, 3)).reshape(len(a), len(b))
+        arrows = None
+        if not bound:
+            _, _, few = grid(size / ARROWS)
+            few = few.reshape(-1, 3)
+            arrows = np.column_stack([few[:, [right, up]], gradients(few)[:, [right, up]]])
+        near = points[np.abs(points[:, across] - at[across]) < layout.spacing / 2]
+        planes.append(
+            FieldSlice(
+                float(at[across]), a, b, distance, arrows, near[:, [right, up]]
+            )
+        )  # fmt: skip
+    return planes
+
+
+def _many(function: Callable[[FieldMap, Any], Any], state: FieldMap) -> Callable[[np.ndarray], np.ndarray]:
+    """The function at many places (n, 3), compiled for batches of one size."""
+    batch = jax.jit(lambda state, x: jax.vmap(lambda p: function(state, p))(x))
+    dtype = state.information.dtype
+
+    def evaluate(places: np.ndarray) -> np.ndarray:
+        padded = np.concatenate([places, np.repeat(places[-1:], -len(places) % BATCH, axis=0)])
+        parts = [np.asarray(batch(state, jnp.asarray(part, dtype))) for part in padded.reshape(-1, BATCH, 3)]
+        return np.concatenate(parts)[: len(places)]
+
+    return evaluate
