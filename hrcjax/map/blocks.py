@@ -20,6 +20,13 @@ def voxel_of(layout: MapLayout, level: int, x: Float[Array, "*n 3"]) -> Int[Arra
     return flat_index((EDGE, EDGE, EDGE), v)
 
 
+def slots_in_turn(which: Bool[Array, "slot"], most: int, turn: Int[Array, ""]) -> Int[Array, "most"]:
+    """Some of the slots that are asked for, beginning at `turn` and going round; the capacity: none."""
+    capacity = which.shape[0]
+    rolled = jnp.nonzero(jnp.roll(which, -turn), size=most, fill_value=capacity)[0].astype(jnp.int32)
+    return jnp.where(rolled < capacity, (rolled + turn) % capacity, capacity)
+
+
 def claim(
     blocks: Level, place: Int[Array, "point 3"], wanted: Bool[Array, "point"], born: int
 ) -> tuple[Level, Int[Array, "point"], Int[Array, ""]]:

@@ -2,20 +2,21 @@
 
 import jax.numpy as jnp
 
-from hrcjax.map.blocks import claim, slots_around, store, voxel_of, voxels_around
+from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of, voxels_around
 from hrcjax.map.coarse import follow, typical_weight
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
 from hrcjax.map.params import MapParams
 from hrcjax.map.state import DYNAMIC, NEW, NONE, STATIC, FieldMap, FrameReport
 from hrcjax.map.view import View
-from hrcjax.map.visibility import blocks_in_view, seen_through
+from hrcjax.map.visibility import blocks_in_view, look_along
 from hrcjax.map.weigh import refit
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 CANDIDATES = 1024
-"""Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new and nothing goes."""
+"""Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new, and what is seen
+through waits for a later frame."""
 
 
 def _near_any(
@@ -49,7 +50,8 @@ def fuse(
     """The map after one frame.
 
     A point of the map that the frame sees again moves to the mean of both, weighed by their variances. One that the
-    image sees through, with nothing of the frame about it, is dynamic, and goes after `patience` such frames. What is
+    image sees through, with nothing of the frame about it, is dynamic, and goes after `patience` such frames in which it
+    was not met in between. What is
     hidden or out of sight stays. What appears farther than `new_distance` from all points of the map is new.
 
     Args:
@@ -66,10 +68,9 @@ def fuse(
     # the frame's own points, voxel by voxel of the blocks in view
     in_view = blocks_in_view(layout, params, base, camera)
     hit = jnp.zeros((capacity,), bool).at[slot].set(True, mode="drop") & in_view
-    first, then = (
-        jnp.nonzero(which, size=layout.seen, fill_value=capacity)[0].astype(jnp.int32)
-        for which in (hit, in_view & ~hit)  # what the frame adds to goes before what it may see through
-    )
+    # what the frame adds to goes before what it may see through; who comes too late is first another time
+    turn = (state.frames * (layout.seen // 2)) % capacity
+    first, then = (slots_in_turn(which, layout.seen, turn) for which in (hit, in_view & ~hit))
     count_hit = jnp.sum(hit, dtype=jnp.int32)
     order = jnp.arange(layout.seen, dtype=jnp.int32)
     seen = jnp.where(order < count_hit, first, then[jnp.maximum(order - count_hit, 0)])
@@ -104,15 +105,19 @@ def fuse(
         return index, (place[r], v, points[r, :, v])
 
     # seen through, and nothing of this frame about: the frustum's own field is far from there
-    through = exists & ~observed & seen_through(params, camera, view, points[:, 0], points[:, 1], points[:, 2])
+    through, met = look_along(params, camera, view, points[:, 0], points[:, 1], points[:, 2])
+    through = exists & ~observed & through
     index, asked = candidates(through)
     clear = ~_near_any(base, observed, frame, table, *asked, params.clear_distance)
-    dynamic = jnp.zeros(through.size, bool).at[index].set(clear, mode="drop").reshape(through.shape)
+    nothing = jnp.zeros(through.size, bool)
+    dynamic = nothing.at[index].set(clear, mode="drop").reshape(through.shape)
+    beside = nothing.at[index].set(~clear, mode="drop").reshape(through.shape)
     index, asked = candidates(fresh)
     known = _near_any(base, base.rows[:, 3] > 0, base.rows[:, :3], None, *asked, params.new_distance)
     new = fresh & ~jnp.zeros(fresh.size, bool).at[index].set(known, mode="drop").reshape(fresh.shape)
 
-    missed = jnp.where(observed, 0, missed + dynamic.astype(jnp.int8)).astype(jnp.int8)
+    there_still = observed | (exists & met) | beside
+    missed = jnp.where(there_still, 0, missed + dynamic.astype(jnp.int8)).astype(jnp.int8)
     gone = exists & (missed.astype(dtype) >= params.patience)
     there = (exists | observed) & ~gone
     label = jnp.where(observed, STATIC, label)
@@ -155,6 +160,7 @@ def fuse(
         lost=lost,
         outside=count(wanted & ~inside),
         unseen=count(in_view) - count(seen < capacity),
+        deferred=jnp.maximum(count(through) - CANDIDATES, 0),
     )
     fused = FieldMap(
         levels=levels,
@@ -164,5 +170,6 @@ def fuse(
         missed=state.missed.at[seen].set(missed, mode="drop"),
         label=state.label.at[seen].set(label, mode="drop"),
         drift=drift,
+        frames=(state.frames + 1) % (1 << 16),
     )
     return fused, report

@@ -25,7 +25,7 @@ class MapParams(eqx.Module):
     new_distance: Scalar = 0.0375
     """What is seen farther than this from all points of the map is new [m]."""
     patience: Scalar = 2.0
-    """Frames that see through a point, since it was last observed, before it goes [1]."""
+    """Frames that see through a point, without meeting it in between, before it goes [1]."""
     near: Scalar = 0.28
     """Least depth that counts [m]."""
     far: Scalar = 4.0

@@ -29,11 +29,12 @@ class FieldMap(eqx.Module):
     """NONE, NEW, STATIC or DYNAMIC."""
     drift: Float[Array, "slot"]
     """Sum of the squares of the largest moves of a block's points since they were fitted [m^2]."""
+    frames: Int[Array, ""]
+    """Frames taken in so far, modulo 65536."""
 
 
 class FrameReport(eqx.Module):
-    """What one frame did. Where one of the last three is not 0 the map is incomplete. Of `dynamic` no more than
-    1024 in a frame: what else is seen through waits."""
+    """What one frame did. Where one of the last four is not 0 the map is incomplete or behind."""
 
     points: Int[Array, ""]
     """Points in the blocks that the frame saw."""
@@ -48,11 +49,13 @@ class FrameReport(eqx.Module):
     waiting: Int[Array, ""]
     """Blocks of level 0 whose weights wait for the next frame."""
     lost: Int[Array, ""]
-    """Blocks without a place: `capacity` or `born` is exhausted."""
+    """Blocks of any level without a place: `capacity` or `born` is exhausted."""
     outside: Int[Array, ""]
     """Tiles outside the mapped box, which hold nothing of the map."""
     unseen: Int[Array, ""]
-    """Blocks in view that were left as they are: `seen` is exhausted."""
+    """Blocks in view that were left as they are until a later frame: `seen` is exhausted."""
+    deferred: Int[Array, ""]
+    """Points seen through that wait for a later frame, as one frame removes 1024 at most."""
 
 
 def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> FieldMap:
@@ -67,4 +70,5 @@ def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> Field
         missed=jnp.zeros(shape, jnp.int8),
         label=jnp.zeros(shape, jnp.int8),
         drift=jnp.zeros(layout.capacity, dtype),
+        frames=jnp.zeros((), jnp.int32),
     )

@@ -17,6 +17,7 @@ REPEATED = 2
 REVERSED = 4
 LEAP = 8
 NOT_FINITE = 16
+AHEAD = 32
 
 _REASONS = {
     EMPTY: "too few pixels with depth",
@@ -24,6 +25,7 @@ _REASONS = {
     REVERSED: "time stamp before the last one",
     LEAP: "pose leapt",
     NOT_FINITE: "time stamp or pose not finite",
+    AHEAD: "time stamp leapt ahead",
 }
 
 
@@ -38,6 +40,8 @@ class StreamParams(eqx.Module):
     """The same for its turning [rad/s]."""
     slack: Scalar = 0.01
     """Leaps smaller than this are jitter [m], [rad]."""
+    longest_gap: Scalar = 10.0
+    """Between two frames; a stamp farther ahead has leapt [s]."""
 
 
 class StreamState(eqx.Module):
@@ -45,8 +49,8 @@ class StreamState(eqx.Module):
 
     stamp: Float[Array, ""]
     """Time of the last frame that was believed; minus infinity: none yet [s]."""
-    newest: Float[Array, ""]
-    """Time of the newest frame that had a finite stamp and pose [s]."""
+    latest: Float[Array, ""]
+    """Time of the frame before, believed or not, if its stamp and pose were finite; minus infinity: none yet [s]."""
     rotation: Matrix3
     """World from camera, of that frame."""
     position: Vector3
@@ -64,18 +68,19 @@ def admit(
 ) -> tuple[StreamState, View, Int[Array, ""]]:
     """Decides on one frame.
 
-    A pose that leaps is refused once: if the next frame comes from near the new pose, the camera has been moved.
+    A pose or stamp that leaps is refused once: if the next frame goes on from there, the camera has been moved, or its
+    clock set.
 
     Args:
-        stamp: when the image was taken [s].
+        stamp: when the image was taken, since a moment not long ago: float32 resolves a millisecond for two hours [s].
 
     Returns:
         the state, the view (without anything if the frame is refused), and bits of why it is refused; 0: it is not.
     """
     R, o = camera.rotation, camera.position
     finite = jnp.isfinite(stamp) & jnp.all(jnp.isfinite(R)) & jnp.all(jnp.isfinite(o))
-    began = jnp.isfinite(state.newest)
-    dt = jnp.where(began & finite, jnp.maximum(stamp - state.newest, 0.0), 0.0)
+    began = jnp.isfinite(state.latest)
+    dt = jnp.where(began & finite, jnp.maximum(stamp - state.latest, 0.0), 0.0)
     # |R - R'| over the square root of 2 is 2 sin(angle / 2), and near the angle for small ones
     turn = safe_norm((R - state.rotation).reshape(-1)) / jnp.sqrt(jnp.asarray(2.0, R.dtype))
     leap = (safe_norm(o - state.position) > params.top_speed * dt + params.slack) | (
@@ -87,15 +92,15 @@ def admit(
         return jnp.where(condition, value, 0).astype(jnp.int32)
 
     reasons = bit(~finite, NOT_FINITE) | bit(~(share >= params.least_share), EMPTY)
-    reasons = reasons | bit(finite & (stamp == state.newest), REPEATED) | bit(finite & (stamp < state.newest), REVERSED)
-    reasons = reasons | bit(finite & began & leap & (stamp > state.newest), LEAP)
+    reasons = reasons | bit(finite & (stamp == state.latest), REPEATED) | bit(finite & (stamp < state.latest), REVERSED)
+    reasons = reasons | bit(finite & began & leap & (stamp > state.latest), LEAP)
+    reasons = reasons | bit(finite & began & (dt > params.longest_gap), AHEAD)
     good = reasons == 0
-    forward = finite & ~(stamp <= state.newest)
     state = StreamState(
         stamp=jnp.where(good, stamp, state.stamp),
-        newest=jnp.where(forward, stamp, state.newest),
-        rotation=jnp.where(forward, R, state.rotation),
-        position=jnp.where(forward, o, state.position),
+        latest=jnp.where(finite, stamp, state.latest),
+        rotation=jnp.where(finite, R, state.rotation),
+        position=jnp.where(finite, o, state.position),
     )
     shown = View(view.points, view.mask & good, view.variance, jnp.where(good, view.depth, 0.0))
     return state, shown, reasons

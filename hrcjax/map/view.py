@@ -10,6 +10,9 @@ TILE = 4
 """Pixels along the edge of a tile."""
 LEAST_PIXELS = 4
 """Pixels of a tile that must lie near its reference for the tile to count; flying pixels hang alone."""
+LEAST_MEASURED = 12
+"""Pixels of a tile that must be measured for the tile to see through anything: a camera leaves some holes everywhere, and
+large ones where it is blind."""
 
 
 class View(eqx.Module):
@@ -22,7 +25,7 @@ class View(eqx.Module):
     variance: Float[Array, "tile"]
     """Variance of that point along the ray [m^2]."""
     depth: Float[Array, "row column"]
-    """Least depth of any pixel of a tile; 0 where any of its pixels has none: seen through up to here at least [m]."""
+    """Least depth of any pixel of a tile: seen through up to here at least; 0 where too few are measured [m]."""
 
 
 def make_view(
@@ -44,7 +47,7 @@ def make_view(
         reference = jnp.where(reference > 0, reference, z[place])
     margin = gap * jnp.maximum(reference, 1.0)
     zero = jnp.zeros_like(reference)
-    n, sz, sx, sy, least, complete = zero, zero, zero, zero, jnp.full_like(zero, jnp.inf), zero
+    n, sz, sx, sy, least, measured = zero, zero, zero, zero, jnp.full_like(zero, jnp.inf), zero
     u0 = (TILE * jnp.arange(w).astype(depth.dtype) - camera.cx) / camera.fx
     v0 = (TILE * jnp.arange(h).astype(depth.dtype) - camera.cy)[:, None] / camera.fy
     for (i, j), pixel in z.items():
@@ -52,8 +55,8 @@ def make_view(
         kept = keep * pixel
         n, sz = n + keep, sz + kept
         sx, sy = sx + kept * (u0 + j / camera.fx), sy + kept * (v0 + i / camera.fy)
-        least = jnp.minimum(least, pixel)
-        complete = complete + jnp.where(pixel > 0, 1.0, 0.0)
+        least = jnp.where(pixel > 0, jnp.minimum(least, pixel), least)
+        measured = measured + jnp.where(pixel > 0, 1.0, 0.0)
     count = jnp.maximum(n, 1.0)
     local = [sx / count, sy / count, sz / count]
     R, o = camera.rotation, camera.position
@@ -63,5 +66,5 @@ def make_view(
         points=jnp.stack([p.reshape(-1) for p in points], axis=-1),
         mask=(n >= LEAST_PIXELS).reshape(-1),
         variance=(deviation**2 / count).reshape(-1),
-        depth=jnp.where(complete >= TILE * TILE, least, 0.0),
+        depth=jnp.where(measured >= LEAST_MEASURED, least, 0.0),
     )

@@ -28,12 +28,13 @@ def blocks_in_view(layout: MapLayout, params: MapParams, blocks: Level, camera: 
     return seen & (z > -radius) & (z < params.far + radius) & (blocks.place[:, 0] > 0)
 
 
-def seen_through(
+def look_along(
     params: MapParams, camera: Camera, view: View, x: Float[Array, "*n"], y: Float[Array, "*n"], z: Float[Array, "*n"]
-) -> Bool[Array, "*n"]:
-    """True where the image sees farther than a point along its ray, in its tile and the eight about it.
+) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
+    """Where the image sees farther than a point along its ray, in its tile and the eight about it; and where it meets
+    something at that depth.
 
-    A tile without depth in any of its pixels sees nothing: what is hidden, or not measured, is not seen through.
+    A tile with too few pixels measured sees nothing: what is hidden, or not measured, is neither.
 
     Args:
         x, y, z: coordinates of points in the world [m].
@@ -51,4 +52,7 @@ def seen_through(
     v = jnp.floor((camera.fy * b / safe + camera.cy + 0.5) / TILE).astype(jnp.int32)
     inside = before & (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
     measured = least.reshape(-1)[jnp.where(inside, v * columns + u, 0)]
-    return jnp.asarray(inside) & jnp.asarray(measured > depth + params.through + params.pixel_noise * depth * depth)
+    beyond = measured - depth
+    margin = params.through + params.pixel_noise * depth * depth
+    met = inside & (beyond <= margin) & (beyond >= -margin - params.clear_distance)  # aslant, some of it is nearer
+    return jnp.asarray(inside & (beyond > margin)), jnp.asarray(met)

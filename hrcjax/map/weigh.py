@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 
-from hrcjax.map.blocks import slots_around
+from hrcjax.map.blocks import slots_around, slots_in_turn
 from hrcjax.map.layout import EDGE, VOXELS, MapLayout
 from hrcjax.map.level import Level
 from hrcjax.map.params import MapParams
@@ -59,9 +59,8 @@ def next_in_turn(
     """
     capacity = stale.shape[0]
     most = min(layout.refitted // EDGE ** (2 * level) + EDGE, capacity)
-    rolled = jnp.nonzero(jnp.roll(stale, -turn), size=most, fill_value=capacity)[0].astype(jnp.int32)
-    slots = jnp.where(rolled < capacity, (rolled + turn) % capacity, capacity)
-    return slots, jnp.where(rolled[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
+    slots = slots_in_turn(stale, most, turn)
+    return slots, jnp.where(slots[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
 
 
 def refit(

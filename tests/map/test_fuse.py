@@ -104,6 +104,43 @@ def test_what_moved_away_goes_within_two_frames_and_what_came_is_new_at_once(sti
     assert stale.sum() > 40 and left.sum() <= 0.05 * stale.sum()
 
 
+def test_holes_in_the_image_keep_no_ghosts(still, program, camera, look) -> None:
+    """One pixel in twenty without depth: what moved away goes all the same."""
+    state, _, _ = still
+    stale = (lambda p: within(p, BOX_A, HALF) & (p[:, 2] > 0.03))(points_of(state)[0]).sum()
+    moved = scene_with((BOX_B, HALF))
+    for k in range(3):
+        holes = jax.random.bernoulli(jax.random.key(k), 0.05, (480, 640))
+        state, _ = program(state, camera, jnp.where(holes, 0.0, look(moved, 30 + k)))
+    points, _ = points_of(state)
+    assert (within(points, BOX_A, HALF) & (points[:, 2] > 0.03)).sum() < 0.05 * stale
+
+
+def test_what_is_met_again_has_not_been_missed(still, points_program, camera, look) -> None:
+    """Seen through once, met at its depth, and seen through once more: that is once in a row, not twice."""
+    state, _, scene = still
+    before = (lambda p: within(p, BOX_A, HALF) & (p[:, 2] > 0.03))(points_of(state)[0]).sum()
+    for k, image in enumerate((scene_with(), scene, scene_with())):
+        view = make_view(camera, look(image, 40 + k), 4e-3)
+        if k == 1:  # tells the depth, but has no points that could count as observations
+            view = dataclasses.replace(view, mask=jnp.zeros_like(view.mask))
+        state, report = points_program(state, camera, view)
+    after = (lambda p: within(p, BOX_A, HALF) & (p[:, 2] > 0.03))(points_of(state)[0]).sum()
+    assert int(report.dynamic) > 40 and after > 0.5 * before  # at the rims the nearest of 144 pixels is another's
+
+
+def test_what_a_frame_cannot_hold_comes_in_turn(camera, look) -> None:
+    """A view of more blocks than one frame sees: all are seen in the end, and what is behind is said."""
+    few = MapLayout(lower=(-0.6, -0.6, -0.2), shape=(12, 12, 8), capacity=512, seen=40, born=512, refitted=512)
+    step = jax.jit(lambda state, depth: fuse(few, MapParams(), state, camera, make_view(camera, depth, 4e-3)))
+    state, scene, unseen = empty_map(few), scene_with((BOX_A, HALF)), 0
+    for k in range(16):
+        state, report = step(state, look(scene, k))
+        unseen = max(unseen, int(report.unseen))
+    filled = (np.asarray(state.levels[0].rows[:, 3]) > 0).any(axis=1).sum()
+    assert unseen > 40 and filled > 0.95 * int(report.blocks)
+
+
 def test_what_is_hidden_stays(still, program, camera, look) -> None:
     """A board before the camera: of all the points behind it none goes."""
     state, _, _ = still

@@ -9,6 +9,7 @@ import pytest
 
 from hrcjax.map import make_view
 from hrcjax.map.stream import (
+    AHEAD,
     EMPTY,
     LEAP,
     NOT_FINITE,
@@ -55,6 +56,18 @@ def test_stamps_that_do_not_go_on(step) -> None:
     assert reasons == [0, REPEATED, REVERSED, 0]
     assert stamps == pytest.approx([1.0, 1.0, 1.0, 1.1])
     assert not views[1].mask.any() and not views[2].depth.any()
+
+
+def test_one_wild_stamp_does_not_stop_the_camera(step) -> None:
+    still = camera_at(0.0)
+    reasons, stamps, _ = play(step, [(t, still, 1.0) for t in (1.0, 1e6, 1.1, 1.2, 0.5, 0.6)])
+    assert reasons == [0, AHEAD, REVERSED, 0, REVERSED, 0]
+    assert stamps == pytest.approx([1.0, 1.0, 1.0, 1.2, 1.2, 0.6])
+
+
+def test_a_camera_that_was_silent_is_believed_at_its_second_frame(step) -> None:
+    still = camera_at(0.0)
+    assert play(step, [(t, still, 1.0) for t in (0.0, 0.03, 60.0, 60.03)])[0] == [0, 0, AHEAD, 0]
 
 
 @pytest.mark.parametrize("there", [camera_at(0.5), camera_at(0.0, aim=0.6)])

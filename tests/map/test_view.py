@@ -44,9 +44,14 @@ def test_a_flying_pixel_moves_nothing_and_alone_is_no_tile(camera) -> None:
     assert not make_view(camera, jnp.asarray(lonely), 4e-3).mask.any()
 
 
-def test_seen_through_as_far_as_the_nearest_pixel_and_not_at_all_at_holes(camera) -> None:
+def test_seen_through_as_far_as_the_nearest_pixel_and_not_at_all_where_the_camera_is_blind(camera) -> None:
     depth = np.full((120, 160), 1.5)
     depth[0, 0] = 0.9
-    depth[7, 3] = np.nan
+    depth[4:8, 0] = np.nan
+    depth[4:8, 4] = 0.0
+    depth[7, 5] = np.nan
     view = make_view(camera, jnp.asarray(depth), 4e-3)
-    assert view.depth[0, 0] == pytest.approx(0.9) and view.depth[1, 0] == 0.0 and view.depth[1, 1] == 1.5
+    assert view.depth[0, 0] == pytest.approx(0.9)
+    assert view.depth[1, 0] == 1.5  # four holes in sixteen pixels
+    assert view.depth[1, 1] == 0.0  # five
+    assert view.depth[1, 2] == 1.5
