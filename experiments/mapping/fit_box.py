@@ -13,7 +13,7 @@ from hrcjax.map import MapLayout, MapParams
 from hrcjax.map.layout import EDGE
 
 LOOKS = 60
-"""Frames that are looked at."""
+"""Frames that are looked at before only every second one of the rest is, then every fourth, and so on."""
 STRIDE = 4
 """Pixels between those that are looked at."""
 OUTLIERS = 0.002
@@ -48,7 +48,6 @@ def points_in_world(frame: InputFrame, limits: Mapping[str, float], known: bool)
 def fit_layout(
     config: MapConfig,
     frames: Iterable[InputFrame],
-    count: int | None,
     params: MapParams,
     known: Callable[[InputFrame], bool],
     say: Callable[[str], None],
@@ -56,7 +55,6 @@ def fit_layout(
     """A layout about the points of the frames, with places for their blocks.
 
     Args:
-        count: number of frames, None: not known.
         known: whether the place of a cloud's sensor is known.
         say: takes a line that tells what was chosen.
 
@@ -64,13 +62,16 @@ def fit_layout(
         UsageError: no frame has a point that counts, or the box is too large.
     """
     edge, limits = config.spacing * EDGE, numbers_of(params)
-    every = max(1, (count or 5 * LOOKS) // LOOKS)
+    every, looked = 1, 0
     blocks: list[np.ndarray] = []
     ends: list[np.ndarray] = []
     clouds = False
     for number, frame in enumerate(frames):
         if number % every:
             continue
+        looked += 1
+        if looked == LOOKS:
+            every, looked = 2 * every, LOOKS // 2
         clouds = clouds or frame.cloud is not None
         points = points_in_world(frame, limits, known(frame))
         if len(points):

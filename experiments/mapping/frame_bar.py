@@ -21,7 +21,8 @@ class FrameBar:
     ) -> None:
         self.stream = stream if stream is not None else sys.stderr
         self.total, self.every, self.clock = total, every, clock
-        self.done = 0
+        self.done = self.told = 0
+        self.note = ""
         self.begin = self.last = clock()
         self.bar: tqdm | None = None
         if self.stream.isatty():
@@ -35,6 +36,8 @@ class FrameBar:
     ) -> None:
         if self.bar is not None:
             self.bar.close()
+        elif self.told < self.done:
+            self._tell()
 
     def say(self, text: str) -> None:
         """One line beside the bar."""
@@ -46,14 +49,18 @@ class FrameBar:
     def advance(self, note: str) -> None:
         """Notes that one more frame has been taken, with what to show beside it."""
         self.done += 1
+        self.note = note
         if self.done == 1:  # the first one is compiled for
             self.begin = self.clock()
         if self.bar is not None:
             self.bar.set_postfix_str(note, refresh=False)
             self.bar.update(1)
         elif self.clock() - self.last >= self.every or self.done == self.total:
-            self.last = self.clock()
-            rate = (self.done - 1) / max(self.last - self.begin, 1e-9)
-            speed = f"{rate:.3g} frames/s, " if self.done > 1 else ""
-            of = "" if self.total is None else f"/{self.total}"
-            print(f"{self.done}{of} frames, {speed}{note}", file=self.stream, flush=True)
+            self._tell()
+
+    def _tell(self) -> None:
+        self.last, self.told = self.clock(), self.done
+        rate = (self.done - 1) / max(self.last - self.begin, 1e-9)
+        speed = f"{rate:.3g} frames/s, " if self.done > 1 else ""
+        of = "" if self.total is None else f"/{self.total}"
+        print(f"{self.done}{of} frames, {speed}{self.note}", file=self.stream, flush=True)

@@ -2,14 +2,16 @@
 
 import dataclasses
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from experiments.inputs.frame import InputFrame
-from experiments.mapping.clouds import gap_of, look_from_afar, looks_at, places_for
+from experiments.mapping.clouds import Look, gap_of, look_from_afar, looks_at, places_for
 from experiments.mapping.programs import Programs
 from hrcjax.map import (
     FieldMap,
@@ -68,6 +70,8 @@ class Mapper:
         self.first: float | None = None
         self.clouds: dict[str, tuple[int, float]] = {}
         """Places and gap of each camera's clouds."""
+        self._see_nothing: Callable[[], FieldMap] | None = None
+        """The program of the last frame, with a frame that sees nothing."""
 
     def take(self, frame: InputFrame, known: bool = True, through: bool = True) -> Taken:
         """Takes one frame.
@@ -99,16 +103,14 @@ class Mapper:
         rotation, position = jnp.asarray(frame.rotation, jnp.float32), jnp.asarray(frame.position, jnp.float32)
         fx, fy, cx, cy = (_single(v) for v in (i.fx, i.fy, i.cx, i.cy))
         camera = Camera(rotation, position, fx, fy, cx, cy, i.width, i.height)
-        self.state, stream, report, reasons, tiles, beyond = self.programs.image(
-            self.state,
-            self._stream(frame.camera),
-            self.params,
-            self.limits,
-            _single(stamp),
-            camera,
-            jnp.asarray(frame.depth, jnp.float32),
-        )
+        depth, before = jnp.asarray(frame.depth, jnp.float32), self._stream(frame.camera)
+
+        def look(depth: jax.Array) -> Any:
+            return self.programs.image(self.state, before, self.params, self.limits, _single(stamp), camera, depth)
+
+        self.state, stream, report, reasons, tiles, beyond = look(depth)
         self.streams[frame.camera] = stream
+        self._see_nothing = lambda: look(jnp.zeros_like(depth))[0]
         return int(reasons), int(tiles), int(beyond), _counts([report])
 
     def _take_cloud(
@@ -133,18 +135,16 @@ class Mapper:
             looks = [look]
             params = dataclasses.replace(params, near=_single(0.0), far=_single(depth), pixel_noise=_single(0.0))
         reports, tiles, beyond = [], 0, 0
+
+        def see(look: Look, mask: np.ndarray) -> Any:
+            pose = jnp.asarray(look.rotation, jnp.float32), jnp.asarray(look.position, jnp.float32)
+            cloud = jnp.asarray(look.cloud), jnp.asarray(mask)
+            free = jnp.asarray(through and known)
+            return self.programs.cloud(self.state, params, *pose, *cloud, _single(gap), free, look.tiles)
+
         for look in looks:
-            self.state, report, some, ignored = self.programs.cloud(
-                self.state,
-                params,
-                jnp.asarray(look.rotation, jnp.float32),
-                jnp.asarray(look.position, jnp.float32),
-                jnp.asarray(look.cloud),
-                jnp.asarray(look.mask),
-                _single(gap),
-                jnp.asarray(through and known),
-                look.tiles,
-            )
+            self.state, report, some, ignored = see(look, look.mask)
+            self._see_nothing = lambda look=look: see(look, np.zeros_like(look.mask))[0]
             reports.append(report)
             tiles, beyond = tiles + int(some), beyond + int(ignored)
         return 0, tiles, beyond, _counts(reports)
@@ -152,8 +152,8 @@ class Mapper:
     def settle(self) -> int:
         """Fits the blocks that wait; returns how many are left, 0 unless fitting them makes no headway."""
         waiting = self.waiting()
-        while waiting:
-            self.state, _ = self.programs.settle(self.state, self.params)
+        while waiting and self._see_nothing is not None:
+            self.state = self._see_nothing()
             before, waiting = waiting, self.waiting()
             if waiting >= before:
                 break

@@ -21,7 +21,6 @@ from hrcjax.map import (
     make_view,
     view_from_cloud,
 )
-from hrcjax.map.view import TILE
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int
 
@@ -126,18 +125,6 @@ class Programs:
         return self.run(
             ("cloud", cloud.shape, tiles), look, state, params, rotation, position, cloud, mask, gap, through, donate=(0,)
         )  # fmt: skip
-
-    def settle(self, state: FieldMap, params: MapParams) -> tuple[FieldMap, FrameReport]:
-        """A frame that sees nothing: blocks that wait are fitted, nothing else changes."""
-
-        def settle(state: FieldMap, params: MapParams) -> Any:
-            dtype = state.information.dtype
-            one, size = jnp.ones((), dtype), TILE
-            camera = Camera(jnp.eye(3, dtype=dtype), jnp.zeros(3, dtype), one, one, one, one, size, size)
-            view = View(jnp.zeros((1, 3), dtype), jnp.zeros(1, bool), jnp.ones(1, dtype), jnp.zeros((1, 1), dtype))
-            return fuse(self.layout, params, state, camera, view)
-
-        return self.run("settle", settle, state, params, donate=(0,))
 
 
 def _tiles(params: MapParams, camera: Camera, view: View) -> tuple[Int[Array, ""], Int[Array, ""]]:

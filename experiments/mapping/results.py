@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from experiments.atomic import replace_file, write_bytes
 from experiments.map_file import save_map
+from experiments.mapping.labelled_points import labelled_points
 from experiments.mapping.map_folder import FIGURES, MAP, POINTS, STATISTICS
-from experiments.mapping.map_points import map_points
 from experiments.mapping.point_file import write_ply
 from experiments.mapping.slices import make_slices
 from hrcjax.map import FieldMap, MapLayout, MapParams
@@ -28,7 +28,7 @@ def write_data(folder: Path, layout: MapLayout, params: MapParams, state: FieldM
         StorageError: one could not be written.
     """
     save_map(folder / MAP, layout, params, state)
-    points, labels = map_points(state)
+    points, labels = labelled_points(state)
     write_ply(folder / POINTS, points, labels, COLOURS)
     write_bytes(folder / STATISTICS, (json.dumps(found, indent=1, allow_nan=False) + "\n").encode())
     return [MAP, POINTS, STATISTICS]
@@ -47,7 +47,7 @@ def draw_map(
     Raises:
         StorageError: one could not be written.
     """
-    points, labels = map_points(state)
+    points, labels = labelled_points(state)
     if len(points) == 0:
         return []
     slices, lower, cloud = FIGURES

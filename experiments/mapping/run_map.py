@@ -119,7 +119,7 @@ def run(config: MapConfig) -> int:
 
     _say(f"{source.kind} {source.path} -> {folder}")
     if layout is None and config.fit:
-        layout = fit_layout(config, frames(), count, params, sensor_known(config, source), _say)
+        layout = fit_layout(config, frames(), params, sensor_known(config, source), _say)
     if layout is None:
         head = next(frames(), None)
         layout = choose_layout(config, clouds=head is not None and head.cloud is not None)

@@ -7,16 +7,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from experiments.mapping.map_points import map_points
+from experiments.mapping.labelled_points import labelled_points
 from experiments.mapping.numbers import numbers_of
-from hrcjax.map import FieldMap, MapLayout, MapParams, distance_bound, map_distance
+from hrcjax.map import FieldMap, MapLayout, MapParams, distance_bound, map_distances_and_gradients
 from hrcjax.viz import FieldSlice
 
 CELLS, ARROWS = 110, 18
 """Cells and arrows along the longer edge of a slice."""
 MARGIN = 0.3
 """Of a slice about the points [m]."""
-BATCH = 256
+BATCH = 1024
 """Queries that are read together."""
 PLANES = ((2, 0, 1), (1, 0, 2), (0, 1, 2))
 """Axis across, to the right and up: one horizontal slice, two upright ones."""
@@ -37,20 +37,21 @@ def make_slices(
         at: a point of all three planes (3,) [m]; None: the middle of the points.
         bound: of the lower bound instead, without arrows.
     """
-    points, _ = map_points(state)
+    points, _ = labelled_points(state)
     box = points if len(points) else np.asarray([layout.lower], float)
     at = np.asarray(middle_of(box) if at is None else at, float)
     low, high = (np.quantile(box, q, axis=0) for q in (0.002, 0.998))
     low, high = np.minimum(low, at) - MARGIN, np.maximum(high, at) + MARGIN
-    ratio = numbers_of(params)["ratio"]
+    ratio, levels = numbers_of(params)["ratio"], state.levels
+    read = jax.jit(lambda levels, x: map_distances_and_gradients(layout, levels, ratio, x, correct=True))
+    least = jax.jit(lambda state, x: jax.vmap(lambda p: distance_bound(layout, state, ratio, p))(x))
 
-    def value(state: FieldMap, x: Any) -> Any:
-        if bound:
-            return distance_bound(layout, state, ratio, x)
-        return map_distance(layout, state.levels, ratio, x)
+    def distances(places: np.ndarray) -> np.ndarray:
+        return _in_parts(lambda x: least(state, x) if bound else read(levels, x)[0], places, state)
 
-    distances = _many(value, state)
-    gradients = _many(lambda state, x: jax.grad(lambda x: value(state, x))(x), state)
+    def gradients(places: np.ndarray) -> np.ndarray:
+        return _in_parts(lambda x: read(levels, x)[1], places, state)
+
     planes = []
     for across, right, up in PLANES:
         size = max(high[right] - low[right], high[up] - low[up])
@@ -77,14 +78,9 @@ def make_slices(
     return planes
 
 
-def _many(function: Callable[[FieldMap, Any], Any], state: FieldMap) -> Callable[[np.ndarray], np.ndarray]:
-    """The function at many places (n, 3), compiled for batches of one size."""
-    batch = jax.jit(lambda state, x: jax.vmap(lambda p: function(state, p))(x))
+def _in_parts(function: Callable[[Any], Any], places: np.ndarray, state: FieldMap) -> np.ndarray:
+    """The function at many places (n, 3), in batches of one size, so that it is compiled once."""
+    padded = np.concatenate([places, np.repeat(places[-1:], -len(places) % BATCH, axis=0)])
     dtype = state.information.dtype
-
-    def evaluate(places: np.ndarray) -> np.ndarray:
-        padded = np.concatenate([places, np.repeat(places[-1:], -len(places) % BATCH, axis=0)])
-        parts = [np.asarray(batch(state, jnp.asarray(part, dtype))) for part in padded.reshape(-1, BATCH, 3)]
-        return np.concatenate(parts)[: len(places)]
-
-    return evaluate
+    parts = [np.asarray(function(jnp.asarray(part, dtype))) for part in padded.reshape(-1, BATCH, 3)]
+    return np.concatenate(parts)[: len(places)]

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from experiments.mapping.map_points import map_points
-from experiments.mapping.mapper import COUNTS, Taken
+from experiments.mapping.labelled_points import labelled_points
+from experiments.mapping.mapper import COUNTS, LAST, Taken
 from experiments.mapping.numbers import numbers_of
 from hrcjax.map import LABELS, FieldMap, MapLayout, MapParams, StreamParams
 
 VERSION = 1
-SUMMED = ("new", "dynamic", "removed", "lost", "outside", "unseen")
+SUMMED = tuple(name for name in COUNTS if name not in LAST)
 
 
 def statistics(
@@ -37,7 +37,7 @@ def statistics(
     """
     used = [frame for frame in frames if not frame.refused]
     ms = 1e3 * np.array([frame.seconds for frame in used])
-    points, labels = map_points(state)
+    points, labels = labelled_points(state)
     totals: dict[str, Any] = {
         "frames": len(frames),
         "used": len(used),

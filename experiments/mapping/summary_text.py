@@ -53,9 +53,15 @@ def hints(found: dict[str, Any]) -> list[str]:
             f"{share:.0f} % of what was measured is nearer than {params['near']:g} m or farther than {params['far']:g} m "
             f"and does not count: set --param near=... far=..."
         )
+    if t.get("deferred"):
+        texts.append(
+            "frames saw through more points than one can remove; the others went later, or wait: take more frames"
+        )
     if t["waiting"]:
         texts.append(f"{t['waiting']:,} blocks wait to be fitted: their distances are rough")
-    if any("leapt" in reason for reason in t["refused"]):
+    if any("leapt ahead" in reason for reason in t["refused"]):
+        texts.append("stamps were too far apart: if the recording pauses, set --param longest_gap=...")
+    if any("pose leapt" in reason for reason in t["refused"]):
         texts.append(
             f"a camera that moves faster than {params['top_speed']:g} m/s or turns faster than {params['top_turn']:g} rad/s "
             "has leapt: if it did so, give the true --rate, or set --param top_speed=... top_turn=..."

@@ -20,7 +20,7 @@ from experiments.map import main
 from experiments.map_file import open_map
 from experiments.mapping import run_map
 from experiments.mapping.choices import choose_layout, levels_for
-from experiments.mapping.map_points import map_points
+from experiments.mapping.labelled_points import labelled_points
 from experiments.mapping.mapper import Mapper
 from experiments.mapping.notices import EACH, MOST, Notices
 from hrcjax.map import DYNAMIC, MapLayout, MapParams, StreamParams, map_distance
@@ -89,7 +89,7 @@ def test_a_box_on_a_table(record, run, tmp_path) -> None:
     assert status == 0 and "4 of 4 frames used" in out and "frames" in err
     layout, params, state = open_map(tmp_path / "out" / "map.npz")
     assert layout.lower == (-0.8, -0.8, -0.2) and layout.shape == (8, 8, 4) and layout.spacing == 0.05
-    points, _ = map_points(state)
+    points, _ = labelled_points(state)
     top = points[box_of(points) & (np.abs(points[:, :2] - BOX_AT[:2]) < 0.08).all(axis=1)]
     assert len(points) > 150 and len(top) > 5 and np.abs(top[:, 2] - TOP).max() < 0.01
     assert np.abs(points[np.abs(points[:, 0]) > 0.3][:, 2]).max() < 0.01
@@ -103,7 +103,7 @@ def test_a_box_on_a_table(record, run, tmp_path) -> None:
 def test_points_file_opens_again_and_has_colours(record, run, tmp_path) -> None:
     run("--input", record("bbbt"))
     _, _, state = open_map(tmp_path / "out" / "map.npz")
-    points, labels = map_points(state)
+    points, labels = labelled_points(state)
     (frame,) = list(open_input(tmp_path / "out" / "cloud.ply"))
     np.testing.assert_allclose(frame.cloud, points, atol=1e-6)
     import trimesh
@@ -115,12 +115,12 @@ def test_points_file_opens_again_and_has_colours(record, run, tmp_path) -> None:
 
 def test_what_went_is_dynamic_and_then_gone_and_the_table_stays(record, run, tmp_path) -> None:
     run("--input", record("bbbt"))
-    points, labels = map_points(open_map(tmp_path / "out" / "map.npz")[2])
+    points, labels = labelled_points(open_map(tmp_path / "out" / "map.npz")[2])
     assert (labels == DYNAMIC).sum() > 10 and box_of(points)[labels == DYNAMIC].mean() > 0.9
     table = (np.abs(points[:, 2]) < 0.02) & ~box_of(points)
     status, _, _ = run("--input", record("bbbtttt"), folder="later")
     assert status == 0
-    after, labels = map_points(open_map(tmp_path / "later" / "map.npz")[2])
+    after, labels = labelled_points(open_map(tmp_path / "later" / "map.npz")[2])
     assert box_of(after).sum() <= 0.1 * box_of(points).sum() and (labels == DYNAMIC).sum() <= 2
     assert (np.abs(after[:, 2]) < 0.02).sum() >= table.sum()
 
@@ -134,7 +134,7 @@ def test_statistics_on_stdout_are_those_in_the_folder(record, run, tmp_path) -> 
     assert frames["stamp"] == pytest.approx([0, 1 / 30, 2 / 30, 3 / 30], abs=1e-6)
     assert frames["refused"] == ["", "", "too few pixels with depth", ""]
     assert totals["used"] == 3 and totals["refused"] == {"too few pixels with depth": 1}
-    points, labels = map_points(open_map(tmp_path / "out" / "map.npz")[2])
+    points, labels = labelled_points(open_map(tmp_path / "out" / "map.npz")[2])
     assert totals["points"] == len(points) and totals["points_dynamic"] == (labels == DYNAMIC).sum() > 0
     assert totals["dynamic"] == sum(frames["dynamic"]) > 0 == totals["lost"]
     assert len(frames["ms"]) == 4 and totals["ms_median"] <= totals["ms_p95"] < 1e3 * totals["compile_s"] + 1e4
@@ -149,7 +149,7 @@ def test_going_on_is_the_same_as_going_through(record, run, tmp_path) -> None:
     assert status == 0 and "3 of 3 frames" in out
     whole, second = (open_map(tmp_path / name / "map.npz") for name in ("whole", "second"))
     assert whole[0] == second[0]
-    for a, b in zip(map_points(whole[2]), map_points(second[2]), strict=True):
+    for a, b in zip(labelled_points(whole[2]), labelled_points(second[2]), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-6)
     assert run(*on, "--capacity", 100, folder="third", layout=())[0] == 2
     assert run(*on, "--param", "ratio=0.9", folder="third", layout=())[0] == 2
@@ -222,7 +222,7 @@ def test_an_interrupt_writes_what_there_is(images, played, run, tmp_path) -> Non
     status, out, err = run("--input", tmp_path, "--every", 1)
     assert status == 130 and "4 of 4 frames used" in out and "--start 4" in err and "--continue-from" in err
     assert signal.getsignal(signal.SIGINT) is handler
-    assert len(map_points(open_map(tmp_path / "out" / "map.npz")[2])[0]) > 100
+    assert len(labelled_points(open_map(tmp_path / "out" / "map.npz")[2])[0]) > 100
 
 
 def test_frames_before_a_broken_one_are_kept(images, played, run, tmp_path) -> None:
@@ -266,7 +266,7 @@ def test_the_box_is_fitted_wherever_the_recording_is(images, played, run, tmp_pa
     status, out, err = run("--input", tmp_path, "--fit", "--spacing", 0.05, layout=())
     assert status == 0 and "fitted" in err and "note" not in out
     layout, _, state = open_map(tmp_path / "out" / "map.npz")
-    points, _ = map_points(state)
+    points, _ = labelled_points(state)
     upper = np.asarray(layout.lower) + 4 * layout.spacing * np.asarray(layout.shape)
     assert (points > layout.lower).all() and (points < upper).all() and len(points) > 150
     assert np.median(points[:, 2]) == pytest.approx(7.0, abs=0.02) and max(layout.shape) < 40
@@ -311,7 +311,7 @@ def clouds(tmp_path):
 
 
 def boards(folder) -> list[int]:
-    points, _ = map_points(open_map(folder / "map.npz")[2])
+    points, _ = labelled_points(open_map(folder / "map.npz")[2])
     return [int((np.abs(points[:, 0] - x) < 0.05).sum()) for x in (0.5, 1.0, -1.5)]
 
 
@@ -405,7 +405,7 @@ def test_real_frames(shared_data, run, tmp_path) -> None:
     options = ("--input", recording, "--rate", 1, "--start", 1, "--fit", "--spacing", 0.1, "--param", "far=6")
     status, out, _ = run(*options, layout=())
     assert status == 0 and "4 of 4 frames used" in out
-    points, _ = map_points(open_map(tmp_path / "out" / "map.npz")[2])
+    points, _ = labelled_points(open_map(tmp_path / "out" / "map.npz")[2])
     found = json.loads((tmp_path / "out" / "statistics.json").read_text())["totals"]
     assert len(points) > 2000 and found["removed"] < 0.1 * len(points) and found["lost"] == 0
     last = list(open_input(recording))[-1]

@@ -6,7 +6,7 @@ from jaxtyping import Float, Int
 from hrcjax.map import FieldMap
 
 
-def map_points(state: FieldMap) -> tuple[Float[np.ndarray, "point 3"], Int[np.ndarray, "point"]]:
+def labelled_points(state: FieldMap) -> tuple[Float[np.ndarray, "point 3"], Int[np.ndarray, "point"]]:
     """Points of level 0 [m] and their labels: NEW, STATIC or DYNAMIC."""
     rows, label = np.asarray(state.levels[0].rows), np.asarray(state.label)
     there = rows[:, 3] > 0
