@@ -18,14 +18,11 @@ from hrcjax.map import (
     admit,
     cloud_camera,
     fuse,
-    make_view,
+    surface_view,
     view_from_cloud,
 )
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int
-
-FARTHEST = 8.0
-"""What an image says is farther is no measurement, unless `far` is [m]."""
 
 
 class Programs:
@@ -69,7 +66,7 @@ class Programs:
         def image(
             state: FieldMap, stream: StreamState, params: MapParams, limits: StreamParams, stamp: Array, camera: Camera, depth: Array
         ) -> Any:  # fmt: skip
-            view = make_view(camera, depth, params.pixel_noise, farthest=jnp.maximum(FARTHEST, params.far))
+            view = surface_view(params, camera, depth)
             stream, view, reasons = admit(limits, stream, stamp, camera, view)
             state, report = fuse(self.layout, params, state, camera, view)
             return state, stream, report, reasons, *_tiles(params, camera, view)

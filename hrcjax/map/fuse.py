@@ -2,6 +2,8 @@
 
 import jax.numpy as jnp
 
+from hrcjax.geom.capsules import Capsules
+from hrcjax.geom.cloud import Cloud
 from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of, voxels_around
 from hrcjax.map.coarse import follow, typical_weight
 from hrcjax.map.layout import VOXELS, MapLayout
@@ -12,11 +14,14 @@ from hrcjax.map.view import View
 from hrcjax.map.visibility import blocks_in_view, look_along
 from hrcjax.map.weigh import refit
 from hrcjax.sense import Camera
+from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 CANDIDATES = 1024
 """Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new, and what is seen
 through waits for a later frame."""
+DEEP = 0.01
+"""Points this far within the robot's surface go: no other thing can be there [m]."""
 
 
 def _near_any(
@@ -45,7 +50,12 @@ def _near_any(
 
 
 def fuse(
-    layout: MapLayout, params: MapParams, state: FieldMap, camera: Camera, view: View
+    layout: MapLayout,
+    params: MapParams,
+    state: FieldMap,
+    camera: Camera,
+    view: View,
+    body: Capsules | None = None,
 ) -> tuple[FieldMap, FrameReport]:
     """The map after one frame.
 
@@ -56,6 +66,7 @@ def fuse(
 
     Args:
         view: of the camera's image, without the robot.
+        body: the robot; where it is, nothing else can be, and points deep within it go.
     """
     base, capacity, dtype = state.levels[0], layout.capacity, view.points.dtype
     lower = jnp.asarray(layout.lower, dtype)
@@ -105,8 +116,8 @@ def fuse(
         return index, (place[r], v, points[r, :, v])
 
     # seen through, and nothing of this frame about: the frustum's own field is far from there
-    through, met = look_along(params, camera, view, points[:, 0], points[:, 1], points[:, 2])
-    through = exists & ~observed & through
+    look = look_along(params, camera, view, points[:, 0], points[:, 1], points[:, 2])
+    through = exists & ~observed & look.past
     index, asked = candidates(through)
     clear = ~_near_any(base, observed, frame, table, *asked, params.clear_distance)
     nothing = jnp.zeros(through.size, bool)
@@ -116,9 +127,17 @@ def fuse(
     known = _near_any(base, base.rows[:, 3] > 0, base.rows[:, :3], None, *asked, params.new_distance)
     new = fresh & ~jnp.zeros(fresh.size, bool).at[index].set(known, mode="drop").reshape(fresh.shape)
 
-    there_still = observed | (exists & met) | beside
+    there_still = observed | (exists & look.met) | beside
     missed = jnp.where(there_still, 0, missed + dynamic.astype(jnp.int8)).astype(jnp.int8)
-    gone = exists & (missed.astype(dtype) >= params.patience)
+    # looked at, and not found: what was seen but once or twice, beside a surface, was noise
+    total = jnp.where(through, params.fade * total, total)
+    once = 1.0 / ((params.pixel_noise * look.depth**2) ** 2 + params.least_deviation**2)
+    gone = exists & ((missed.astype(dtype) >= params.patience) | (through & (total < params.least_information * once)))
+    if body is not None:
+        within = ~remove_body(
+            Cloud(jnp.moveaxis(points, 1, 2).reshape(-1, 3), exists.reshape(-1)), body, 1.0, -DEEP
+        ).mask
+        gone = gone | (exists & within.reshape(exists.shape))
     there = (exists | observed) & ~gone
     label = jnp.where(observed, STATIC, label)
     label = jnp.where(new, NEW, jnp.where(dynamic, DYNAMIC, label))

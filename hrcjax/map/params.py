@@ -19,13 +19,17 @@ class MapParams(eqx.Module):
     memory: Scalar = 25.0
     """A point counts as many frames at most, so that slow changes are followed [1]."""
     through: Scalar = 0.01
-    """A point is seen through if the nearest of 144 pixels about it lies farther behind than this and a deviation [m]."""
+    """A point is seen through if all pixels of its tile lie farther behind than this and a deviation [m]."""
     clear_distance: Scalar = 0.025
     """And if nothing that the frame sees is nearer to it than this: aslant, a surface lies behind its own points [m]."""
     new_distance: Scalar = 0.0375
     """What is seen farther than this from all points of the map is new [m]."""
     patience: Scalar = 2.0
     """Frames that see through a point, without meeting it in between, before it goes [1]."""
+    fade: Scalar = 0.8
+    """What is left of a point's information when a frame sees through it [1]."""
+    least_information: Scalar = 0.6
+    """It goes when less is left than this share of what one pixel tells: beside a surface, noise that was seen once [1]."""
     near: Scalar = 0.28
     """Least depth that counts [m]."""
     far: Scalar = 4.0

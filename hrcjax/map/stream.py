@@ -102,7 +102,7 @@ def admit(
         rotation=jnp.where(finite, R, state.rotation),
         position=jnp.where(finite, o, state.position),
     )
-    shown = View(view.points, view.mask & good, view.variance, jnp.where(good, view.depth, 0.0))
+    shown = View(view.points, view.mask & good, view.variance, jnp.where(good, view.depth, 0.0), view.tile)
     return state, shown, reasons
 
 

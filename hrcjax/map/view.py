@@ -7,12 +7,17 @@ from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Scalar
 
 TILE = 4
-"""Pixels along the edge of a tile."""
+"""Pixels along the edge of a tile, for images of 640 x 480; 2 for a quarter of that."""
 LEAST_PIXELS = 4
-"""Pixels of a tile that must lie near its reference for the tile to count; flying pixels hang alone."""
-LEAST_MEASURED = 12
-"""Pixels of a tile that must be measured for the tile to see through anything: a camera leaves some holes everywhere, and
-large ones where it is blind."""
+"""Pixels of a tile that must lie near its reference for the tile to count, or three quarters of all if these are fewer;
+flying pixels hang alone."""
+LEAST_MEASURED = 0.75
+"""Share of a tile's pixels that must be measured for the tile to see through anything: a camera leaves some holes
+everywhere, and large ones where it is blind [1]."""
+
+
+FARTHEST = 8.0
+"""What an image says is farther is no measurement, but a sensor's number for none [m]."""
 
 
 class View(eqx.Module):
@@ -26,10 +31,18 @@ class View(eqx.Module):
     """Variance of that point along the ray [m^2]."""
     depth: Float[Array, "row column"]
     """Least depth of any pixel of a tile: seen through up to here at least; 0 where too few are measured [m]."""
+    tile: int = eqx.field(static=True, default=TILE)
+    """Pixels along the edge of a tile."""
 
 
 def make_view(
-    camera: Camera, depth: Float[Array, "height width"], noise: Scalar, gap: Scalar = 0.02, farthest: Scalar = 8.0
+    camera: Camera,
+    depth: Float[Array, "height width"],
+    noise: Scalar,
+    gap: Scalar = 0.02,
+    farthest: Scalar = FARTHEST,
+    tile: int = TILE,
+    flying: Bool[Array, "height width"] | None = None,
 ) -> View:
     """Tiles of an image. Of each, the pixels within `gap` of its reference, one of the inner pixels, are averaged.
 
@@ -38,20 +51,25 @@ def make_view(
         noise: standard deviation of a pixel's depth over the square of that depth, s / (f B) [1/m].
         farthest: what is farther than the camera can see is no measurement [m].
         gap: at 1 m and nearer; farther in proportion to the depth [m].
+        tile: pixels along the edge of a tile.
+        flying: pixels that are no part of a surface; they still say up to where nothing is.
     """
-    h, w = depth.shape[0] // TILE, depth.shape[1] // TILE
-    depth = jnp.where(jnp.isfinite(depth) & (depth > 0) & (depth < farthest), depth, 0.0)[: h * TILE, : w * TILE]
-    z = {(i, j): depth[i::TILE, j::TILE] for i in range(TILE) for j in range(TILE)}
-    reference = z[1, 1]
-    for place in ((2, 2), (1, 2), (2, 1)):
-        reference = jnp.where(reference > 0, reference, z[place])
+    h, w = depth.shape[0] // tile, depth.shape[1] // tile
+    depth = jnp.where(jnp.isfinite(depth) & (depth > 0) & (depth < farthest), depth, 0.0)[: h * tile, : w * tile]
+    solid = depth if flying is None else jnp.where(flying[: h * tile, : w * tile], 0.0, depth)
+    z = {(i, j): depth[i::tile, j::tile] for i in range(tile) for j in range(tile)}
+    flat = {(i, j): solid[i::tile, j::tile] for i in range(tile) for j in range(tile)}
+    low, high = (tile - 1) // 2, tile // 2
+    reference = flat[low, low]
+    for place in ((high, high), (low, high), (high, low)):
+        reference = jnp.where(reference > 0, reference, flat[place])
     margin = gap * jnp.maximum(reference, 1.0)
     zero = jnp.zeros_like(reference)
     n, sz, sx, sy, least, measured = zero, zero, zero, zero, jnp.full_like(zero, jnp.inf), zero
-    u0 = (TILE * jnp.arange(w).astype(depth.dtype) - camera.cx) / camera.fx
-    v0 = (TILE * jnp.arange(h).astype(depth.dtype) - camera.cy)[:, None] / camera.fy
+    u0 = (tile * jnp.arange(w).astype(depth.dtype) - camera.cx) / camera.fx
+    v0 = (tile * jnp.arange(h).astype(depth.dtype) - camera.cy)[:, None] / camera.fy
     for (i, j), pixel in z.items():
-        keep = jnp.where((pixel > 0) & (jnp.abs(pixel - reference) <= margin), 1.0, 0.0)
+        keep = jnp.where((flat[i, j] > 0) & (jnp.abs(pixel - reference) <= margin), 1.0, 0.0)
         kept = keep * pixel
         n, sz = n + keep, sz + kept
         sx, sy = sx + kept * (u0 + j / camera.fx), sy + kept * (v0 + i / camera.fy)
@@ -64,7 +82,8 @@ def make_view(
     deviation = noise * local[2] ** 2
     return View(
         points=jnp.stack([p.reshape(-1) for p in points], axis=-1),
-        mask=(n >= LEAST_PIXELS).reshape(-1),
+        mask=(n >= min(LEAST_PIXELS, 0.75 * tile * tile)).reshape(-1),
         variance=(deviation**2 / count).reshape(-1),
-        depth=jnp.where(measured >= LEAST_MEASURED, least, 0.0),
+        depth=jnp.where(measured >= LEAST_MEASURED * tile * tile, least, 0.0),
+        tile=tile,
     )

@@ -1,11 +1,13 @@
 """What a camera can see of a map: blocks in its frustum, and points that its image sees through."""
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level
 from hrcjax.map.params import MapParams
-from hrcjax.map.view import TILE, View
+from hrcjax.map.view import View
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Scalar
 
@@ -28,13 +30,21 @@ def blocks_in_view(layout: MapLayout, params: MapParams, blocks: Level, camera: 
     return seen & (z > -radius) & (z < params.far + radius) & (blocks.place[:, 0] > 0)
 
 
+class Look(NamedTuple):
+    """What an image says at points of the map."""
+
+    past: Bool[Array, "*n"]
+    """All measured pixels of the point's tile see farther than the point."""
+    met: Bool[Array, "*n"]
+    """It meets something at the point's depth."""
+    depth: Float[Array, "*n"]
+    """Of the point, in the camera [m]."""
+
+
 def look_along(
     params: MapParams, camera: Camera, view: View, x: Float[Array, "*n"], y: Float[Array, "*n"], z: Float[Array, "*n"]
-) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
-    """Where the image sees farther than a point along its ray, in its tile and the eight about it; and where it meets
-    something at that depth.
-
-    A tile with too few pixels measured sees nothing: what is hidden, or not measured, is neither.
+) -> Look:
+    """What the image says at points. A tile with too few pixels measured says nothing, nor does a nearer surface.
 
     Args:
         x, y, z: coordinates of points in the world [m].
@@ -42,17 +52,14 @@ def look_along(
     R, o = camera.rotation, camera.position
     offset = (x - o[0], y - o[1], z - o[2])
     a, b, depth = (sum(R[i, j] * offset[i] for i in range(3)) for j in range(3))
-    padded = jnp.pad(view.depth, 1)
-    least = jnp.minimum(jnp.minimum(padded[:-2], padded[1:-1]), padded[2:])
-    least = jnp.minimum(jnp.minimum(least[:, :-2], least[:, 1:-1]), least[:, 2:])
     rows, columns = view.depth.shape
     before = depth > params.near
     safe = jnp.where(before, depth, 1.0)
-    u = jnp.floor((camera.fx * a / safe + camera.cx + 0.5) / TILE).astype(jnp.int32)
-    v = jnp.floor((camera.fy * b / safe + camera.cy + 0.5) / TILE).astype(jnp.int32)
+    u = jnp.floor((camera.fx * a / safe + camera.cx + 0.5) / view.tile).astype(jnp.int32)
+    v = jnp.floor((camera.fy * b / safe + camera.cy + 0.5) / view.tile).astype(jnp.int32)
     inside = before & (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
-    measured = least.reshape(-1)[jnp.where(inside, v * columns + u, 0)]
-    beyond = measured - depth
+    at = jnp.where(inside, v * columns + u, 0)
+    beyond = view.depth.reshape(-1)[at] - depth
     margin = params.through + params.pixel_noise * depth * depth
     met = inside & (beyond <= margin) & (beyond >= -margin - params.clear_distance)  # aslant, some of it is nearer
-    return jnp.asarray(inside & (beyond > margin)), jnp.asarray(met)
+    return Look(jnp.asarray(inside & (beyond > margin)), jnp.asarray(met), jnp.asarray(depth))

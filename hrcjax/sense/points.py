@@ -17,7 +17,7 @@ def valid_depth(depth: Float[Array, "*image"]) -> Bool[Array, "*image"]:
 
 
 def supported(
-    depth: Float[Array, "height width"], gap: Scalar = 0.05, least: Scalar = 2.0
+    depth: Float[Array, "height width"], gap: Scalar | Float[Array, "height width"] = 0.05, least: Scalar = 2.0
 ) -> Bool[Array, "height width"]:
     """True where at least `least` of a pixel's four neighbours have a depth within `gap` [m] of its own.
 
