@@ -68,7 +68,7 @@ class Programs:
         ) -> Any:  # fmt: skip
             view = surface_view(params, camera, depth)
             stream, view, reasons = admit(limits, stream, stamp, camera, view)
-            state, report = fuse(self.layout, params, state, camera, view)
+            state, report = fuse(self.layout, params, state, camera, jax.lax.optimization_barrier(view))
             return state, stream, report, reasons, *_tiles(params, camera, view)
 
         return self.run(("image", depth.shape), image, state, stream, params, limits, stamp, camera, depth, donate=(0,))

@@ -1,6 +1,7 @@
 """One depth image into a map: clean it, decide whether to believe it, fuse it. The whole way from a camera to the map."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
@@ -42,7 +43,8 @@ def surface_view(params: MapParams, camera: Camera, depth: Float[Array, "height 
         tile: pixels along the edge of the tiles that the image is thinned to.
     """
     farthest = jnp.maximum(FARTHEST, params.far)
-    flying = ~supported(depth, FLYING_GAP * jnp.maximum(depth, 1.0))
+    # large tiles tell by themselves: flying pixels are few among sixteen
+    flying = None if tile >= TILE else ~supported(depth, FLYING_GAP * jnp.maximum(depth, 1.0))
     return drop_lonely(
         make_view(camera, depth, params.pixel_noise, farthest=farthest, tile=tile, flying=flying), camera
     )
@@ -78,6 +80,7 @@ def take_frame(
         view = within_box(view, *box)
     if body is not None:
         view = without_body(view, body, params.body_scale, params.body_pad)
+    view = jax.lax.optimization_barrier(view)  # else parts of it are computed again wherever fusion reads them
     state, report = fuse(layout, params.map, state, camera, view, body)
     return state, stream, report, refused
 

@@ -10,12 +10,22 @@ from test_figures import make_run
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 
 
+def images_of(name: str) -> int:
+    """Pictures that a notebook shows."""
+    notebook = jupytext.read(NOTEBOOKS / name)
+    place = {"metadata": {"path": str(NOTEBOOKS)}}
+    nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=place).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    return sum("image/png" in output.get("data", {}) for output in outputs)
+
+
 @pytest.mark.slow
 def test_first_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = make_run(tmp_path / "r", "--grid", "K_att=log:0.01:0.1:3", "K_rep=lin:0.1:1:3", "zeta=2,4")
     monkeypatch.setenv("HRCJAX_RUN", str(run))
-    notebook = jupytext.read(NOTEBOOKS / "01_first_sweep.py")
-    place = {"metadata": {"path": str(NOTEBOOKS)}}
-    nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3", resources=place).execute()
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    assert sum("image/png" in output.get("data", {}) for output in outputs) == 4
+    assert images_of("01_first_sweep.py") == 4
+
+
+@pytest.mark.slow
+def test_one_frame() -> None:
+    assert images_of("02_one_frame.py") == 6
