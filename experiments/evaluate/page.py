@@ -59,6 +59,24 @@ with a laser scan as truth, errors of poses included, all of the observed volume
 """
 
 
+REMARKS = """
+## What misses its bar, and why
+
+* **Cosine.** Two kinds of places make up nearly all of the loss. Within 1 cm of a surface, 3 to 7 % of the places, a direction
+  is hard to tell: the points themselves are millimetres off, and where the distance reads 0 the gradient is 0. Next to the
+  middle between two surfaces, 8 to 14 % of the places, the exact gradient turns round within some millimetres, and no map of
+  noisy points turns in the same place. Elsewhere (`settled_cosine`) the bar is held. The plain gradient of
+  `map_distance_and_gradient` has the better direction everywhere, the derivative of the corrected `map_distance` is the one
+  that belongs to its value. A policy that needs a direction should take the plain one.
+* **Bound.** In the corner with shelves it reads too far by a little more than 3 mm in 1 % of the places: by 6 mm where 3
+  images saw the nearest surface, by 3.2 mm where 10 or more did; most of these places face an edge, or a surface with gaps
+  between its points. On smooth bodies it is more careful than it says (coverage over 0.99), as its part for sampling is
+  chosen on worlds with edges. No choice of its two constants was found that keeps both bars in all families.
+* **Curvature on a map** is right to 1 or 2 % in the median, far off in 5 % of the places, probably near the end of what was
+  seen or close to another body, where the points about are no sample of one surface; not all of these are refused.
+"""
+
+
 def held(value: float, bar: str) -> bool | None:
     """Whether a value keeps a bar such as "< 3", ">= 0.95" or "0.93 to 0.99"; None: the bar is in words."""
     words = bar.split(",")[0].split()
@@ -70,7 +88,7 @@ def held(value: float, bar: str) -> bool | None:
     return value == float(words[0]) if len(words) == 1 else None
 
 
-def page(rows: Rows | Mapping[str, Mapping[str, Any]], remarks: str = "") -> str:
+def page(rows: Rows | Mapping[str, Mapping[str, Any]], remarks: str = REMARKS) -> str:
     """The page as text."""
     lines = [PROTOCOL, "| row | measured | unit | bar | held |", "|---|---|---|---|---|"]
     for name, entry in rows.items():
@@ -94,8 +112,7 @@ def main() -> None:
 
         keep_compiled()
         rows = run_evaluation()
-    remarks = Path(__file__).with_name("remarks.md")
-    print(page(rows, "\n" + remarks.read_text(encoding="utf-8") if remarks.exists() else ""), end="")
+    print(page(rows), end="")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Printed figures of three systems on the Cow and Lady sequence, to stand beside what is measured here.
 
-Source: the paper of the authors' system (Gaussian-process distance field, HRI 2025) and its comparison with FIESTA
+Source: the comparison printed by the authors of the HRI paper's field, copied, not measured here. The others are FIESTA
 (Han et al., IROS 2019) and Voxblox (Oleynikova et al., IROS 2017). Distance RMSE in centimetres and mean cosine of the
 gradient by grid resolution.
 

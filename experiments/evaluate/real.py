@@ -24,9 +24,9 @@ from hrcjax.map import (
     empty_map,
     fuse,
     initial_stream,
-    make_view,
     map_distance,
 )
+from hrcjax.map.take import surface_view
 from hrcjax.sense import Camera
 
 FRAMES = (1, 2, 3, 4)
@@ -50,7 +50,7 @@ def recording() -> Path:
 @cache
 def _programs(layout: MapLayout):
     def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
-        return fuse(layout, PARAMS, state, camera, make_view(camera, depth, PARAMS.pixel_noise))
+        return fuse(layout, PARAMS, state, camera, surface_view(PARAMS, camera, depth))
 
     def zero(levels: tuple[Level, ...], x: jax.Array) -> jax.Array:
         return jax.lax.map(lambda x: map_distance(layout, levels, PARAMS.ratio, x), x, batch_size=64)
@@ -93,7 +93,7 @@ def refusals(frames: list[InputFrame]) -> list[int]:
     state, bits = initial_stream(), []
     for frame in frames:
         camera = camera_of(frame)
-        view = make_view(camera, jnp.asarray(frame.depth, jnp.float32), PARAMS.pixel_noise)
+        view = surface_view(PARAMS, camera, jnp.asarray(frame.depth, jnp.float32))
         state, _, why = admit(StreamParams(), state, jnp.asarray(frame.stamp, jnp.float32), camera, view)
         bits.append(int(why))
     return bits

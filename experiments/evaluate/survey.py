@@ -10,7 +10,8 @@ from jaxtyping import ArrayLike
 
 from experiments.evaluate.families import Case
 from experiments.evaluate.solids import World, render_world
-from hrcjax.map import FieldMap, FrameReport, MapLayout, MapParams, View, empty_map, fuse, make_view
+from hrcjax.map import FieldMap, FrameReport, MapLayout, MapParams, View, empty_map, fuse
+from hrcjax.map.take import surface_view
 from hrcjax.sense import Camera, NoiseParams, d435i
 from hrcjax.sense.noise import measure
 from hrcjax.sense.points import supported as supported_pixels
@@ -64,7 +65,7 @@ def _look():
 @cache
 def _fuse():
     def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
-        return fuse(LAYOUT, PARAMS, state, camera, make_view(camera, depth, PARAMS.pixel_noise))
+        return fuse(LAYOUT, PARAMS, state, camera, surface_view(PARAMS, camera, depth))
 
     return jax.jit(step, donate_argnums=0)
 
