@@ -67,9 +67,9 @@ def walking(frame: Any) -> Camera:
 
 def looking(frame: Any) -> Camera:
     """On one spot, to and fro over a corner with boxes."""
-    turn = 0.6 + 0.3 * jnp.sin(0.05 * frame)
-    eye = jnp.stack([3.2 + 0.1 * jnp.sin(0.03 * frame), 3.0 + 0 * turn, 0.9 + 0 * turn])
-    return d435i(eye, eye + jnp.stack([jnp.cos(turn), jnp.sin(turn), -0.9 + 0 * turn]), 1)
+    turn = 0.8 + 0.3 * jnp.sin(0.05 * frame)
+    eye = jnp.stack([4.3 + 0.1 * jnp.sin(0.03 * frame), 4.3 + 0 * turn, 0.8 + 0 * turn])
+    return d435i(eye, eye + jnp.stack([jnp.cos(turn), jnp.sin(turn), -0.4 + 0 * turn]), 1)
 
 
 def count_points(state: FieldMap) -> int:
