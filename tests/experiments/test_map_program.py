@@ -263,7 +263,7 @@ def test_the_box_is_fitted_wherever_the_recording_is(images, played, run, tmp_pa
             yield replace(frame, position=frame.position + away)
 
     played(read, 3)
-    status, out, err = run("--input", tmp_path, "--fit", "--spacing", 0.05, layout=())
+    status, out, err = run("--input", tmp_path, "--fit", "--spacing", 0.05, "--param", "far=4", layout=())
     assert status == 0 and "fitted" in err and "note" not in out
     layout, _, state = open_map(tmp_path / "out" / "map.npz")
     points, _ = labelled_points(state)
