@@ -16,8 +16,8 @@ from experiments.settings import leaf_names
 from experiments.sweepable import NOT_FINITE, Metric, Sweepable, Trace
 from hrcjax.metrics import METRICS
 from hrcjax.robot import load_arm, with_tool
-from hrcjax.sense import SenseParams, cell_camera
-from hrcjax.sim import Cell, Params, World, episode, fit_fields, make_world, outcome
+from hrcjax.sense import cell_camera
+from hrcjax.sim import Cell, Params, SenseParams, World, episode, fit_fields, make_world, outcome
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named
 
@@ -94,8 +94,8 @@ def about(world: World) -> dict[str, Any]:
 TOOL = (0.12, 0.03)
 """Length and radius of the tool: with the bare flange at the paper's goal, 5 cm over the table, the forearm would lie in
 the 20 cm column beside it [m]."""
-SENSE = SenseParams(voxel=0.05, least_count=4.0)
-"""Fewer and surer points than the library's default: a pixel covers 1.5 cm here, a voxel some ten pixels."""
+SENSE = SenseParams()
+"""From image to points: the defaults of the cell."""
 POINTS = (128, 384)
 """Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
 EPISODE = 10.0

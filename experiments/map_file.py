@@ -15,7 +15,7 @@ from experiments.errors import UsageError, one_line
 from experiments.mapping.numbers import numbers_of
 from hrcjax.map import FieldMap, MapLayout, MapParams, empty_map
 
-FORMAT, VERSION = "hrcjax map", 1
+FORMAT, VERSION = "hrcjax map", 2
 HEADER = "header"
 """Name of the array that holds format, version, layout and parameters as JSON."""
 ACCEPTED = f"a file map.npz of python -m experiments.map, version {VERSION}"

@@ -115,7 +115,7 @@ frustum, *_ = take(empty_map(layout), initial_stream(), jnp.float32(0.0), depth)
 
 # %%
 fused, stream, report, refused = take(known, stream_known, jnp.float32(10 / 30), depth)
-points, labels, _ = map_points(fused, 16384)
+points, labels, _, _ = map_points(fused, 16384)
 there = np.asarray(points.mask)
 xyz, what = np.asarray(points.points)[there], np.asarray(labels)[there]
 print({name: int((what == k).sum()) for k, name in enumerate(LABELS) if k})

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
-from hrcjax.map.view import View
+from hrcjax.map.view import View, tile_surface
 from hrcjax.sense import Camera
 from hrcjax.sense.points import crop, remove_body, supported
 from hrcjax.typing import Scalar, Vector3
@@ -26,13 +26,19 @@ def drop_lonely(view: View, camera: Camera, gap: Scalar = 0.02, slope: Scalar = 
     return dataclasses.replace(view, mask=view.mask & supported(grid, gaps, least).reshape(-1))
 
 
-def without_body(view: View, body: Capsules, scale: Scalar = 1.1, pad: Scalar = 0.05) -> View:
+def without_body(view: View, camera: Camera, body: Capsules, scale: Scalar = 1.1, pad: Scalar = 0.05) -> View:
     """The view without the points on the robot. It still hides what is behind it.
 
     Args:
         scale, pad: the robot is taken this much thicker [1], and this much more [m]; the presets of the HRI paper's map.
     """
-    return dataclasses.replace(view, mask=remove_body(Cloud(view.points, view.mask), body, scale, pad).mask)
+    measured = view.depth.reshape(-1) > 0
+    beside = remove_body(Cloud(tile_surface(camera, view), measured), body, scale, pad).mask
+    return dataclasses.replace(
+        view,
+        mask=remove_body(Cloud(view.points, view.mask), body, scale, pad).mask,
+        robot=(measured & ~beside).reshape(view.depth.shape),
+    )
 
 
 def within_box(view: View, lower: Vector3, upper: Vector3) -> View:

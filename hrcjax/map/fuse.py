@@ -1,11 +1,14 @@
 """One frame into a map: what is seen is fused, what is seen through goes, what is hidden stays."""
 
+from typing import Any
+
 import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
-from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of, voxels_around
+from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of
 from hrcjax.map.coarse import follow, typical_weight
+from hrcjax.map.entries import make_entries, near_any
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
 from hrcjax.map.params import MapParams
@@ -22,31 +25,6 @@ CANDIDATES = 1024
 through waits for a later frame."""
 DEEP = 0.01
 """Points this far within the robot's surface go: no other thing can be there [m]."""
-
-
-def _near_any(
-    blocks: Level,
-    marks: Bool[Array, "row voxel"],
-    points: Float[Array, "row 3 voxel"],
-    table: Int[Array, "slot"] | None,
-    place: Int[Array, "n 3"],
-    voxel: Int[Array, "n"],
-    x: Float[Array, "n 3"],
-    distance: Scalar,
-) -> Bool[Array, "n"]:
-    """Whether a marked point lies within a distance [m] of each point, in its voxel or the 26 about it.
-
-    Args:
-        marks, points: which voxels hold a point, and where; by slot, or by row of a table.
-        table: row of every slot; None: rows are slots.
-        place, voxel, x: padded place of each point's block, its voxel there, its coordinates [m].
-    """
-    slot, at = voxels_around(blocks, place, voxel)
-    row = slot if table is None else table.at[slot].get(mode="fill", fill_value=marks.shape[0])
-    there = marks.at[row, at].get(mode="fill", fill_value=False)
-    other = points.at[row, :, at].get(mode="fill", fill_value=0)
-    r2 = jnp.sum((other - x[:, None, :]) ** 2, axis=-1)
-    return jnp.any(there & (r2 < jnp.asarray(distance, x.dtype) ** 2), axis=1)
 
 
 def fuse(
@@ -85,78 +63,95 @@ def fuse(
     count_hit = jnp.sum(hit, dtype=jnp.int32)
     order = jnp.arange(layout.seen, dtype=jnp.int32)
     seen = jnp.where(order < count_hit, first, then[jnp.maximum(order - count_hit, 0)])
-    number = jnp.arange(layout.seen, dtype=jnp.int32)
-    table = jnp.full((capacity,), layout.seen, jnp.int32).at[seen].set(number, mode="drop")
+    table = jnp.full((capacity,), layout.seen, jnp.int32).at[seen].set(order, mode="drop")
+    place = base.place.at[seen].get(mode="fill", fill_value=1)
+
+    # voxels that hold a point, or get one
     row = table.at[slot].get(mode="fill", fill_value=layout.seen)
+    own = row * VOXELS + voxel_of(layout, 0, view.points)
+    held = base.rows.at[seen, 3].get(mode="fill", fill_value=0) > 0
+    got = jnp.zeros((held.size,), bool).at[own].set(True, mode="drop")
+    entries = make_entries(layout, seen, held | got.reshape(held.shape))
+    most = entries.slot.shape[0]
+
+    # the frame's own points, voxel by voxel
     weight = 1.0 / (view.variance + params.least_deviation**2)
     parts = jnp.concatenate([weight[:, None] * (view.points - camera.position), weight[:, None]], axis=1)
-    sums = jnp.zeros((layout.seen * VOXELS, 4), dtype)
-    sums = sums.at[row * VOXELS + voxel_of(layout, 0, view.points)].add(parts, mode="drop")
-    sums = jnp.moveaxis(sums.reshape(layout.seen, VOXELS, 4), 2, 1)
+    entry = entries.of.reshape(-1).at[own].get(mode="fill", fill_value=most)
+    sums = jnp.zeros((most, 4), dtype).at[entry].add(parts, mode="drop")
     observed = sums[:, 3] > 0
-    frame = camera.position[:, None] + sums[:, :3] / jnp.maximum(sums[:, 3:], 1.0)
+    scale = 1.0 / jnp.maximum(sums[:, 3], 1.0)
+    frame = tuple(camera.position[a] + scale * sums[:, a] for a in range(3))
 
     # fused with the map's
-    rows = base.rows.at[seen].get(mode="fill", fill_value=0)
-    information = state.information.at[seen].get(mode="fill", fill_value=0)
-    missed = state.missed.at[seen].get(mode="fill", fill_value=0)
-    label = state.label.at[seen].get(mode="fill", fill_value=0)
-    place = base.place.at[seen].get(mode="fill", fill_value=1)
-    exists = rows[:, 3] > 0
+    old, alpha = (
+        tuple(base.rows.at[entries.slot, a, entries.voxel].get(mode="fill", fill_value=0) for a in which)
+        for which in ((0, 1, 2), (3,))
+    )
+    exists = alpha[0] > 0
+    index = entries.slot * VOXELS + entries.voxel
+
+    def of_map(values: Array) -> Array:
+        return values.reshape(-1).at[index].get(mode="fill", fill_value=0)
+
+    information, missed, unmet, label = (of_map(a) for a in (state.information, state.missed, state.unmet, state.label))
     gain = jnp.where(observed, jnp.minimum(sums[:, 3], 1.0 / params.least_deviation**2), 0.0)
     total = information + gain
-    step = (gain / jnp.maximum(total, 1.0))[:, None] * (frame - rows[:, :3])
-    points = jnp.where(exists[:, None], rows[:, :3] + step, frame)
+    share = gain / jnp.maximum(total, 1.0)
+    points = tuple(jnp.where(exists, o + share * (f - o), f) for o, f in zip(old, frame, strict=True))
     fresh = observed & ~exists
-    move = jnp.max(jnp.where(exists & observed, jnp.sum(step * step, axis=1), 0.0), axis=1)
+    moves = jnp.where(exists & observed, sum((p - o) ** 2 for p, o in zip(points, old, strict=True)), 0.0)
 
-    def candidates(which: Bool[Array, "row voxel"]) -> tuple[Array, tuple[Array, Array, Array]]:
-        index = jnp.nonzero(which.reshape(-1), size=CANDIDATES, fill_value=which.size)[0].astype(jnp.int32)
-        r, v = jnp.minimum(index // VOXELS, layout.seen - 1), index % VOXELS
-        return index, (place[r], v, points[r, :, v])
+    def near(which: Bool[Array, "entry"], marks: Bool[Array, "entry"], x: tuple[Array, ...], distance: Scalar) -> Any:
+        """Which entries were asked about, of those in `which`, and whether a marked x lies near to their points."""
+        asked = jnp.nonzero(which, size=CANDIDATES, fill_value=most)[0].astype(jnp.int32)
+        return asked, near_any(base, table, entries, marks, x, asked, points, distance)
 
     # seen through, and nothing of this frame about: the frustum's own field is far from there
-    look = look_along(params, camera, view, points[:, 0], points[:, 1], points[:, 2])
+    look = look_along(params, camera, view, *points)
     through = exists & ~observed & look.past
-    index, asked = candidates(through)
-    clear = ~_near_any(base, observed, frame, table, *asked, params.clear_distance)
-    nothing = jnp.zeros(through.size, bool)
-    dynamic = nothing.at[index].set(clear, mode="drop").reshape(through.shape)
-    beside = nothing.at[index].set(~clear, mode="drop").reshape(through.shape)
-    index, asked = candidates(fresh)
-    known = _near_any(base, base.rows[:, 3] > 0, base.rows[:, :3], None, *asked, params.new_distance)
-    new = fresh & ~jnp.zeros(fresh.size, bool).at[index].set(known, mode="drop").reshape(fresh.shape)
+    nothing = jnp.zeros((most,), bool)
+    asked, covered = near(through, observed, frame, params.clear_distance)
+    dynamic = nothing.at[asked].set(~covered, mode="drop")
+    beside = nothing.at[asked].set(covered, mode="drop")
+    asked, known = near(fresh, exists, old, params.new_distance)
+    new = fresh & ~nothing.at[asked].set(known, mode="drop")
 
     there_still = observed | (exists & look.met) | beside
     missed = jnp.where(there_still, 0, missed + dynamic.astype(jnp.int8)).astype(jnp.int8)
+    unmet = jnp.where(there_still, 0, jnp.minimum(unmet, 126) + look.unmet.astype(jnp.int8)).astype(jnp.int8)
     # looked at, and not found: what was seen but once or twice, beside a surface, was noise
     total = jnp.where(through, params.fade * total, total)
     once = 1.0 / ((params.pixel_noise * look.depth**2) ** 2 + params.least_deviation**2)
     gone = exists & ((missed.astype(dtype) >= params.patience) | (through & (total < params.least_information * once)))
     if body is not None:
-        within = ~remove_body(
-            Cloud(jnp.moveaxis(points, 1, 2).reshape(-1, 3), exists.reshape(-1)), body, 1.0, -DEEP
-        ).mask
-        gone = gone | (exists & within.reshape(exists.shape))
+        gone = gone | (exists & ~remove_body(Cloud(jnp.stack(points, axis=-1), exists), body, 1.0, -DEEP).mask)
     there = (exists | observed) & ~gone
     label = jnp.where(observed, STATIC, label)
     label = jnp.where(new, NEW, jnp.where(dynamic, DYNAMIC, label))
-    label = jnp.where(there, label, NONE).astype(jnp.int8)
-    most = params.memory / params.least_deviation**2
-    information = jnp.where(there, jnp.minimum(total, most), 0.0)
-    alpha = jnp.where(there, jnp.where(fresh, typical_weight(layout, 0, params).astype(dtype), rows[:, 3]), 0.0)
-    rows = jnp.concatenate([jnp.where(there[:, None], points, 0.0), alpha[:, None]], axis=1)
+    total = jnp.minimum(total, params.memory / params.least_deviation**2)
+    first_weight = typical_weight(layout, 0, params).astype(dtype)
+    values = (*points, jnp.where(fresh, first_weight, alpha[0]))
+    rows = base.rows
+    for a, value in enumerate(values):
+        rows = rows.at[entries.slot, a, entries.voxel].set(jnp.where(there, value, 0.0), mode="drop")
+
+    def to_map(values: Array, some: Array) -> Array:
+        some = jnp.where(there, some, 0).astype(values.dtype)
+        return values.reshape(-1).at[index].set(some, mode="drop").reshape(values.shape)
 
     # weights of what has changed, and of the blocks about it
+    move = jnp.zeros((layout.seen,), dtype).at[entries.row].max(moves, mode="drop")
     drift = state.drift.at[seen].get(mode="fill", fill_value=0) + move
-    changed = jnp.any(fresh | gone, axis=1) | (drift > (params.drift * layout.spacing) ** 2)
-    changed = changed & (seen < capacity)
+    changed = jnp.zeros((layout.seen,), bool).at[entries.row].max(fresh | gone, mode="drop")
+    changed = (changed | (drift > (params.drift * layout.spacing) ** 2)) & (seen < capacity)
     about = jnp.where(changed[:, None], slots_around(base, place), capacity)
     drift = state.drift.at[seen].set(jnp.where(changed, 0.0, drift), mode="drop")
-    base = store(layout, 0, base, seen, rows)
+    rows_seen = rows.at[seen].get(mode="fill", fill_value=0)
+    base = store(layout, 0, Level(base.slot, base.box, base.place, rows), seen, rows_seen)
     stale = state.stale[0].at[about].set(True, mode="drop") & (base.place[:, 0] > 0)
     levels, waiting = [base], [stale]
-    below, points_below, changed_below = place, rows, changed
+    below, points_below, changed_below = place, rows_seen, changed
     for k in range(1, layout.levels):
         level, stale, more, below, points_below, changed_below = follow(
             layout, k, state.levels[k], state.stale[k], below, points_below, changed_below, params
@@ -179,15 +174,16 @@ def fuse(
         lost=lost,
         outside=count(wanted & ~inside),
         unseen=count(in_view) - count(seen < capacity),
-        deferred=jnp.maximum(count(through) - CANDIDATES, 0),
+        deferred=jnp.maximum(count(through) - CANDIDATES, 0) + entries.left_out,
     )
     fused = FieldMap(
         levels=levels,
         stale=waiting,
         turn=turn,
-        information=state.information.at[seen].set(information, mode="drop"),
-        missed=state.missed.at[seen].set(missed, mode="drop"),
-        label=state.label.at[seen].set(label, mode="drop"),
+        information=to_map(state.information, total),
+        missed=to_map(state.missed, missed),
+        unmet=to_map(state.unmet, unmet),
+        label=to_map(state.label, label),
         drift=drift,
         frames=(state.frames + 1) % (1 << 16),
     )

@@ -13,6 +13,8 @@ EDGE = 4
 """Voxels along the edge of a block."""
 VOXELS = EDGE**3
 """Voxels of a block."""
+OCCUPIED = 16
+"""Voxels of a block that hold a point, of all blocks that one frame sees, at most."""
 COARSE = 0.5
 """Length scale of coarse levels over their spacing [1]."""
 REACH = 4
@@ -44,6 +46,11 @@ class MapLayout:
         """Refuses sizes that no map can have."""
         if self.levels < 2 or min(self.capacity, self.seen, self.born, self.refitted, *self.shape) < 1:
             raise ValueError(f"{self}: accepted are at least 2 levels and sizes of at least 1")
+
+    @property
+    def entries(self) -> int:
+        """Points that one frame can be about: a surface has some 14 in a block."""
+        return self.seen * OCCUPIED
 
     def spacing_of(self, level: int) -> float:
         """Edge of a voxel [m]."""

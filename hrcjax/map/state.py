@@ -25,6 +25,8 @@ class FieldMap(eqx.Module):
     """Inverse variance of the points of level 0, as far as it is remembered [1/m^2]."""
     missed: Int[Array, "slot voxel"]
     """Frames that saw through a point since it was last observed."""
+    unmet: Int[Array, "slot voxel"]
+    """Frames in a row that did not meet a point in view, up to 127: another surface hides it, or nothing was measured."""
     label: Int[Array, "slot voxel"]
     """NONE, NEW, STATIC or DYNAMIC."""
     drift: Float[Array, "slot"]
@@ -68,6 +70,7 @@ def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> Field
         turn=jnp.zeros(layout.levels, jnp.int32),
         information=jnp.zeros(shape, dtype),
         missed=jnp.zeros(shape, jnp.int8),
+        unmet=jnp.zeros(shape, jnp.int8),
         label=jnp.zeros(shape, jnp.int8),
         drift=jnp.zeros(layout.capacity, dtype),
         frames=jnp.zeros((), jnp.int32),

@@ -1,5 +1,7 @@
 """One depth image into a map: clean it, decide whether to believe it, fuse it. The whole way from a camera to the map."""
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -79,17 +81,32 @@ def take_frame(
     if box is not None:
         view = within_box(view, *box)
     if body is not None:
-        view = without_body(view, body, params.body_scale, params.body_pad)
+        view = without_body(view, camera, body, params.body_scale, params.body_pad)
     view = jax.lax.optimization_barrier(view)  # else parts of it are computed again wherever fusion reads them
     state, report = fuse(layout, params.map, state, camera, view, body)
     return state, stream, report, refused
 
 
-def map_points(state: FieldMap, most: int) -> tuple[Cloud, Int[Array, "most"], Bool[Array, ""]]:
-    """The points of level 0 as a cloud with `most` places, their labels, and whether there were more of them."""
+class MapPoints(NamedTuple):
+    """The points of level 0 of a map."""
+
+    cloud: Cloud
+    """Where they are."""
+    label: Int[Array, "point"]
+    """NONE, NEW, STATIC or DYNAMIC."""
+    unmet: Int[Array, "point"]
+    """Frames in a row that did not meet the point, up to 127: another surface hides it, or nothing was measured."""
+    more: Bool[Array, ""]
+    """True if there were more points than places."""
+
+
+def map_points(state: FieldMap, most: int) -> MapPoints:
+    """The points of level 0 in `most` places."""
     rows = state.levels[0].rows
     there = (rows[:, 3] > 0).reshape(-1)
     index = jnp.nonzero(there, size=most, fill_value=there.size)[0]
     points = rows.at[index // VOXELS, :3, index % VOXELS].get(mode="fill", fill_value=0)
-    label = state.label.reshape(-1).at[index].get(mode="fill", fill_value=0).astype(jnp.int32)
-    return Cloud(points, index < there.size), label, jnp.sum(there) > most
+    label, unmet = (
+        a.reshape(-1).at[index].get(mode="fill", fill_value=0).astype(jnp.int32) for a in (state.label, state.unmet)
+    )
+    return MapPoints(Cloud(points, index < there.size), label, unmet, jnp.sum(there) > most)

@@ -33,6 +33,16 @@ class View(eqx.Module):
     """Least depth of any pixel of a tile: seen through up to here at least; 0 where too few are measured [m]."""
     tile: int = eqx.field(static=True, default=TILE)
     """Pixels along the edge of a tile."""
+    robot: Bool[Array, "row column"] | None = None
+    """Tiles that show the robot, which hides what is behind it; None: it is not in the picture."""
+
+
+def tile_surface(camera: Camera, view: View) -> Float[Array, "tile 3"]:
+    """The places on the rays through the middles of the tiles at the tiles' least depths, in the world [m]."""
+    rows, columns = view.depth.shape
+    u, v = (view.tile * jnp.arange(n).astype(view.depth.dtype) + 0.5 * (view.tile - 1) for n in (columns, rows))
+    x, y = view.depth * (u - camera.cx) / camera.fx, view.depth * (v[:, None] - camera.cy) / camera.fy
+    return camera.position + jnp.stack([x, y, view.depth], axis=-1).reshape(-1, 3) @ camera.rotation.T
 
 
 def make_view(

@@ -37,6 +37,8 @@ class Look(NamedTuple):
     """All measured pixels of the point's tile see farther than the point."""
     met: Bool[Array, "*n"]
     """It meets something at the point's depth."""
+    unmet: Bool[Array, "*n"]
+    """Another surface than the robot's lies before the point, or nothing is measured there."""
     depth: Float[Array, "*n"]
     """Of the point, in the camera [m]."""
 
@@ -53,13 +55,17 @@ def look_along(
     offset = (x - o[0], y - o[1], z - o[2])
     a, b, depth = (sum(R[i, j] * offset[i] for i in range(3)) for j in range(3))
     rows, columns = view.depth.shape
-    before = depth > params.near
-    safe = jnp.where(before, depth, 1.0)
+    ahead = depth > params.near
+    safe = jnp.where(ahead, depth, 1.0)
     u = jnp.floor((camera.fx * a / safe + camera.cx + 0.5) / view.tile).astype(jnp.int32)
     v = jnp.floor((camera.fy * b / safe + camera.cy + 0.5) / view.tile).astype(jnp.int32)
-    inside = before & (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
+    inside = ahead & (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
     at = jnp.where(inside, v * columns + u, 0)
-    beyond = view.depth.reshape(-1)[at] - depth
+    surface = view.depth.reshape(-1)
+    beyond = surface[at] - depth
     margin = params.through + params.pixel_noise * depth * depth
     met = inside & (beyond <= margin) & (beyond >= -margin - params.clear_distance)  # aslant, some of it is nearer
-    return Look(jnp.asarray(inside & (beyond > margin)), jnp.asarray(met), jnp.asarray(depth))
+    unmet = inside & (beyond < -margin - params.clear_distance) & jnp.any(surface > 0)
+    if view.robot is not None:
+        unmet = unmet & ~view.robot.reshape(-1)[at]
+    return Look(jnp.asarray(inside & (beyond > margin)), jnp.asarray(met), jnp.asarray(unmet), jnp.asarray(depth))

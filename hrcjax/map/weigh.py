@@ -1,5 +1,7 @@
 """Lumped weights of the points of blocks: one over the sum of the kernel over all points about."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 
@@ -9,6 +11,8 @@ from hrcjax.map.level import Level
 from hrcjax.map.params import MapParams
 from hrcjax.typing import Array, Bool, Float, Int
 
+ROUND = 128
+"""Blocks of level 0 that are fitted together."""
 HALO = 2
 """Voxels about a block whose points count; farther ones are more than 2 spacings away, at 0.7 spacings exp(-4.1)."""
 
@@ -58,7 +62,7 @@ def next_in_turn(
         turn: slot to begin at.
     """
     capacity = stale.shape[0]
-    most = min(layout.refitted // EDGE ** (2 * level) + EDGE, capacity)
+    most = min(min(layout.refitted, ROUND) // EDGE ** (2 * level) + EDGE, capacity)
     slots = slots_in_turn(stale, most, turn)
     return slots, jnp.where(slots[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
 
@@ -70,7 +74,32 @@ def refit(
     turn: Int[Array, "level"],
     params: MapParams,
 ) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
-    """Fits the weights of some stale blocks of each level, in turn, so that all come to be fitted.
+    """Fits the weights of some stale blocks of each level, in turn, so that all come to be fitted: rounds of ROUND blocks,
+    up to `layout.refitted`; none if nothing is stale.
+
+    Returns:
+        the levels, which blocks are stale then, and whose turn is next.
+    """
+    most = -(-layout.refitted // ROUND)
+
+    def wanted(known: tuple[Any, Any, Any, Array]) -> Bool[Array, ""]:
+        return (known[3] < most) & jnp.any(jnp.stack([jnp.any(which) for which in known[1]]))
+
+    def once(known: tuple[Any, Any, Any, Array]) -> tuple[Any, Any, Any, Array]:
+        return (*refit_round(layout, *known[:3], params), known[3] + 1)
+
+    levels, stale, turn, _ = jax.lax.while_loop(wanted, once, (levels, stale, turn, jnp.zeros((), jnp.int32)))
+    return levels, stale, turn
+
+
+def refit_round(
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    stale: tuple[Bool[Array, "_"], ...],
+    turn: Int[Array, "level"],
+    params: MapParams,
+) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
+    """Fits the weights of ROUND stale blocks of level 0, and of fewer of the coarser ones.
 
     Returns:
         the levels, which blocks are stale then, and whose turn is next.

@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.field import GPField
+from hrcjax.map import MapLayout
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import Arm
-from hrcjax.sense import MOVING_CAPACITY, STATIC_CAPACITY, Frames
+from hrcjax.sim.sensing import CELL_LAYOUT, MOVING_CAPACITY, STATIC_CAPACITY, Frames
 from hrcjax.typing import Array, Float, Int, Joints
 from hrcjax.world import Person, Scene
 
@@ -60,6 +61,8 @@ class Cell:
     """Places of the cloud of what stands still; a fuller one makes the arm hold."""
     moving_points: int = MOVING_CAPACITY
     """Places of the cloud of what moves; a fuller one makes the arm hold."""
+    layout: MapLayout = CELL_LAYOUT
+    """The map's box, spacing and capacities; a map without places makes the arm hold."""
     sizes: PlanSizes = field(default_factory=PlanSizes)
     """Numbers of steps, waypoints and iterations of the planner."""
 

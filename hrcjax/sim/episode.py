@@ -7,9 +7,9 @@ import jax.numpy as jnp
 from hrcjax.field import FieldParams, GPField, fit
 from hrcjax.plan import PathCurve, PathResult, path_curve, plan
 from hrcjax.robot import tool_frame
-from hrcjax.sense import Frames
 from hrcjax.sim.cell import Cell, Fields, World, newest_frame
 from hrcjax.sim.params import Params
+from hrcjax.sim.sensing import Frames
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
 from hrcjax.typing import Array, Joints
 from hrcjax.world import obstacle_distances

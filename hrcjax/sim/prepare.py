@@ -6,9 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.map import MapLayout
 from hrcjax.robot import Arm, arm_capsules, inverse_kinematics, tool_frame
-from hrcjax.sense import Camera, Frames, SenseParams, sense_sequence
+from hrcjax.sense import Camera
 from hrcjax.sim.cell import Cell, World
+from hrcjax.sim.sensing import Frames, SenseParams, sense_sequence
 from hrcjax.typing import Array, Float, Joints, PRNGKeyArray, Vector3
 from hrcjax.world import Person, Scene
 
@@ -70,15 +72,15 @@ def make_world(
     q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
     stamps = frame_stamps(cell, q_start.dtype)
     q = nominal_motion(q_start, q_goal, stamps, 0.6 * cell.ticks * cell.dt)
-    frames = _sense(cell.arm, cell.static_points, cell.moving_points, camera, scene, person, q, stamps, key, params)
+    sizes = (cell.layout, cell.static_points, cell.moving_points)
+    frames = _sense(cell.arm, sizes, camera, scene, person, q, stamps, key, params)
     return World(scene, person, frames, q_start)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
+@partial(jax.jit, static_argnums=(0, 1))
 def _sense(
     arm: Arm,
-    static_points: int,
-    moving_points: int,
+    sizes: tuple[MapLayout, int, int],
     camera: Camera,
     scene: Scene,
     person: Person,
@@ -89,7 +91,7 @@ def _sense(
 ) -> Frames:
     """One compiled program for all worlds of one size: op by op this would take minutes."""
     robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
-    return sense_sequence(camera, scene, person, robot, stamps, key, params, static_points, moving_points)
+    return sense_sequence(camera, scene, person, robot, stamps, key, params, *sizes)
 
 
 @partial(jax.jit, static_argnums=0)

@@ -1,0 +1,178 @@
+"""What the camera tells of a world: every image goes through the map, and the map tells what stands and what moves.
+
+The truth of scene and person enters by the camera's image alone. Sensing does not depend on the settings of a sweep: it
+is done once for each scene and person.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.geom.cloud import Cloud
+from hrcjax.map import (
+    STATIC,
+    FieldMap,
+    FrameParams,
+    MapLayout,
+    MapParams,
+    MapPoints,
+    StreamParams,
+    StreamState,
+    empty_map,
+    initial_stream,
+    map_points,
+    take_frame,
+)
+from hrcjax.sense import Camera, NoiseParams
+from hrcjax.sense.camera import render_capsules, render_scene
+from hrcjax.sense.noise import measure
+from hrcjax.sense.points import moved
+from hrcjax.sense.thin import thin
+from hrcjax.typing import Array, Bool, Float, PRNGKeyArray, Vector3
+from hrcjax.world import Person, Scene
+from hrcjax.world.person import person_at
+
+STATIC_CAPACITY = 192
+"""Places of the static cloud."""
+MOVING_CAPACITY = 512
+"""Places of a moving cloud."""
+SETUP_FRAMES = 9
+"""Images of the cell with nobody in it, before anybody comes."""
+MAP_POINTS = 2048
+"""Points of the map that are looked at."""
+TILE_COLUMNS = 80
+"""Tiles that an image is thinned to, along its width, or more."""
+CELL_LAYOUT = MapLayout(
+    lower=(-2.0, -2.0, 0.0), shape=(20, 20, 8), spacing=0.05, capacity=640, levels=2, seen=640, born=256, refitted=1
+)
+"""A map of the surroundings of the arm's base. The fields of the settings are fitted to its points with weights of their
+own, so the map's weights need not be."""
+
+
+def cell_frame_params() -> FrameParams:
+    """The map's parameters at the cell's spacing of 5 cm, with a camera 2 m away."""
+    return FrameParams(
+        map=MapParams(clear_distance=0.05, new_distance=0.075, far=5.0), stream=StreamParams(least_share=0.4)
+    )
+
+
+class SenseParams(eqx.Module):
+    """What counts in the cell, and the camera's errors."""
+
+    frame: FrameParams = eqx.field(default_factory=cell_frame_params)
+    """From image to map."""
+    threshold: float = 0.08
+    """A point farther than this from what stood there before anybody came moves; recommended for depth cameras [m]."""
+    memory: float = 5.0
+    """Frames after which what moved, and is hidden by another surface since, is forgotten: people hide where they were a
+    moment ago. What the robot hides is kept [1]."""
+    table_margin: float = 0.03
+    """Points lower than this over the table's top are cropped: noise makes the table thick [m]."""
+    reach: float = 2.0
+    """Half width of the crop box about the robot's base, in x and y [m]."""
+    ceiling: float = 1.3
+    """Height of the crop box over the table [m]."""
+    noise: NoiseParams = NoiseParams()
+    """The camera's errors."""
+
+
+class Frames(eqx.Module):
+    """All that was sensed of one scene and one person."""
+
+    static: Cloud
+    """What stood there before anybody came."""
+    moving: Cloud
+    """What does not belong to it, frame by frame: (frame point)."""
+    stamp: Float[Array, "frame"]
+    """When each frame was taken [s]."""
+    valid: Bool[Array, "frame"]
+    """False where a frame must not be believed: it says nothing, not that nobody is there."""
+    overflow: Bool[Array, "frame"]
+    """True where points were left out for want of places, in the cloud or in the map; of the cloud the nearest to the
+    robot's base were kept."""
+    static_overflow: Bool[Array, ""]
+    """The same for the static cloud."""
+
+
+def crop_box(params: SenseParams, dtype: jnp.dtype) -> tuple[Vector3, Vector3]:
+    """Lower and upper corner of the part of the cell that counts [m]."""
+    lower = jnp.stack([jnp.asarray(v, dtype) for v in (-params.reach, -params.reach, params.table_margin)])
+    upper = jnp.stack([jnp.asarray(v, dtype) for v in (params.reach, params.reach, params.ceiling)])
+    return lower, upper
+
+
+def sense_sequence(
+    camera: Camera,
+    scene: Scene,
+    person: Person,
+    robot: Capsules,
+    stamps: Float[Array, "frame"],
+    key: PRNGKeyArray,
+    params: SenseParams,
+    layout: MapLayout = CELL_LAYOUT,
+    static_capacity: int = STATIC_CAPACITY,
+    moving_capacity: int = MOVING_CAPACITY,
+) -> Frames:
+    """Everything the camera says about a scene and a person; one image at every stamp, each taken into the map.
+
+    What stands there is what the map has seen again in `SETUP_FRAMES` images of the cell with nobody in it. What the
+    robot hides in these is missing, and will be taken for moving when it is seen later: the safe side. What is hidden
+    later, behind the robot for instance, stays where it was last seen.
+
+    Args:
+        camera: where it is seen from.
+        scene: what stands there.
+        person: who moves there.
+        robot: the arm's capsules at every stamp (frame capsule). The empty cell is taken with the first of them.
+        stamps: times of the images, increasing [s].
+        key: of the noise.
+        params: sizes.
+        layout: of the map.
+        static_capacity: places of the static cloud.
+        moving_capacity: places of each moving cloud.
+
+    Raises:
+        ValueError: not as many poses of the arm as stamps.
+    """
+    if robot.radius.shape[0] != stamps.shape[0]:
+        raise ValueError(f"{robot.radius.shape[0]} poses of the arm for {stamps.shape[0]} stamps")
+    dtype = stamps.dtype
+    scene_image = render_scene(camera, scene)
+    box = crop_box(params, dtype)
+    tile = max(1, camera.width // TILE_COLUMNS)
+    centre = jnp.zeros((3,), dtype)
+    before = stamps[0] - (SETUP_FRAMES - jnp.arange(SETUP_FRAMES).astype(dtype)) / 30.0
+    somebody = jnp.arange(SETUP_FRAMES + stamps.shape[0]) >= SETUP_FRAMES
+    poses = jax.tree.map(lambda a: jnp.concatenate([jnp.repeat(a[:1], SETUP_FRAMES, axis=0), a]), robot)
+    keys = jax.random.split(key, somebody.shape[0])
+
+    def frame(
+        known: tuple[FieldMap, StreamState], item: tuple[Array, Array, Capsules, PRNGKeyArray]
+    ) -> tuple[tuple[FieldMap, StreamState], tuple[MapPoints, Array, Array]]:
+        """The map after one more image; its points, whether the image was believed, whether the map lacks places."""
+        stamp, there, arm, frame_key = item
+        body = person_at(person, stamp)
+        body = Capsules(body.a, body.b, jnp.where(there, body.radius, -1.0))
+        exact = render_capsules(camera, arm, render_capsules(camera, body, scene_image))
+        depth = measure(exact, camera, frame_key, params.noise)
+        state, stream, report, refused = take_frame(layout, params.frame, *known, stamp, camera, depth, arm, box, tile)
+        short = (report.lost > 0) | (report.unseen > 0)
+        return (state, stream), (map_points(state, MAP_POINTS), refused == 0, short)
+
+    start = (empty_map(layout, dtype), initial_stream(dtype))
+    items = (jnp.concatenate([before, stamps]), somebody, poses, keys)
+    _, (points, believed, short) = jax.lax.scan(frame, start, items)
+
+    setup = jax.tree.map(lambda a: a[SETUP_FRAMES - 1], points)
+    stood = Cloud(setup.cloud.points, setup.cloud.mask & (setup.label == STATIC))
+    static, left_out = thin(stood, layout.spacing, static_capacity, centre)
+
+    def moving_points(points: MapPoints) -> tuple[Cloud, Array]:
+        cloud = Cloud(points.cloud.points, points.cloud.mask & (points.unmet < params.memory))
+        return thin(moved(cloud, static, params.threshold), layout.spacing, moving_capacity, centre)
+
+    short, then = short | points.more, jax.tree.map(lambda a: a[SETUP_FRAMES:], points)
+    moving, overflow = jax.lax.map(moving_points, then)
+    static_overflow = left_out | jnp.any(short[:SETUP_FRAMES])
+    return Frames(static, moving, stamps, believed[SETUP_FRAMES:], overflow | short[SETUP_FRAMES:], static_overflow)
