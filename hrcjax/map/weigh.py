@@ -4,6 +4,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from hrcjax.map.blocks import slots_around, slots_in_turn
 from hrcjax.map.layout import EDGE, VOXELS, MapLayout
@@ -42,13 +43,15 @@ def lumped_weights(
     x, y, z = (grid[a, cut, cut, cut] for a in range(3))
     span, size = 2 * HALO + 1, (EDGE, EDGE, EDGE, grid.shape[-1])
 
-    def add(step: Array, total: Array) -> Array:
-        corner = (step // (span * span), (step // span) % span, step % span, 0)
+    def add(total: Array, step: Array) -> tuple[Array, None]:
+        corner = (step[0], step[1], step[2], 0)
         other = [jax.lax.dynamic_slice(grid[a], corner, size) for a in range(3)]
         r2 = (x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2
-        return total + jax.lax.dynamic_slice(exists, corner, size) * jnp.exp(jnp.maximum(-precision * r2, -60.0))
+        total = total + jax.lax.dynamic_slice(exists, corner, size) * jnp.exp(jnp.maximum(-precision * r2, -60.0))
+        return total, None
 
-    total = jax.lax.fori_loop(0, span**3, add, jnp.full_like(x, params.noise**2))
+    steps = np.stack(np.meshgrid(*[np.arange(span, dtype=np.int32)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    total, _ = jax.lax.scan(add, jnp.full_like(x, params.noise**2), jnp.asarray(steps))
     weights = jnp.where(exists[cut, cut, cut] > 0, 1.0 / jnp.maximum(total, 1e-6), 0.0)
     return jnp.moveaxis(weights, -1, 0).reshape(-1, VOXELS)
 
