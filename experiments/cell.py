@@ -17,7 +17,7 @@ from experiments.sweepable import NOT_FINITE, Metric, Sweepable, Trace
 from hrcjax.metrics import METRICS
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import cell_camera
-from hrcjax.sim import Cell, Params, SenseParams, World, episode, fit_fields, make_world, outcome
+from hrcjax.sim import Cell, Params, World, episode, fit_fields, make_world, outcome
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named
 
@@ -94,10 +94,6 @@ def about(world: World) -> dict[str, Any]:
 TOOL = (0.12, 0.03)
 """Length and radius of the tool: with the bare flange at the paper's goal, 5 cm over the table, the forearm would lie in
 the 20 cm column beside it [m]."""
-SENSE = SenseParams()
-"""From image to points: the defaults of the cell."""
-POINTS = (128, 384)
-"""Places of the clouds of what stands still and of what moves: with `SENSE` the scenes and motions need up to 76 and 287."""
 EPISODE = 10.0
 """Length of an episode [s]."""
 FASTEST = 8.0
@@ -116,8 +112,6 @@ def make_cell(backend: str = "folded", variant: str = "ur5") -> Cell:
         arm=with_tool(load_arm(variant), *TOOL),
         ticks=round(EPISODE / Cell.dt),
         backend=backend,
-        static_points=POINTS[0],
-        moving_points=POINTS[1],
     )
 
 
@@ -165,7 +159,7 @@ def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> Wor
     """One scene with one person, sensed."""
     scene = scene_named(scene_name, seed)
     person = make_person(person_name, scene, seed, cell.ticks * cell.dt)
-    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed), SENSE)
+    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed))
 
 
 def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:

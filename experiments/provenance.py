@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("hrcjax", "jax", "jaxlib", "mujoco", "mujoco-mjx", "equinox", "numpy", "scipy")
 CODE = ("hrcjax/**/*.py", *(f"experiments/{name}.py" for name in ("cell", "bvh", "engine", "settings")))
 """The files on which results depend."""
-NO_INFLUENCE = ("hrcjax/viz/", "hrcjax/tune/", "hrcjax/map/")
+NO_INFLUENCE = ("hrcjax/viz/", "hrcjax/tune/")
 
 
 def file_digest(path: Path) -> str:

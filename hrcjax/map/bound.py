@@ -1,15 +1,14 @@
 """How sure a map's distance is, and a lower bound of it.
 
 Three errors are known: the noise of the points, which the map remembers; the sampling, as the points of a voxel stand at
-their mean and so keep back from the edges of a surface by up to half a spacing; and at coarse levels the spacing itself.
+their mean and so keep back from the edges of a surface by up to half a spacing; and at coarse levels how far the points
+are from the means that stand for them.
 """
 
-import jax
 import jax.numpy as jnp
 
 from hrcjax.map.layout import MapLayout
-from hrcjax.map.level import nearest_blocks
-from hrcjax.map.query import NEAREST, corrected_distance, level_share, rows_about
+from hrcjax.map.query import corrected_distance, level_share, rows_about, slots_about
 from hrcjax.map.state import FieldMap
 from hrcjax.typing import Array, Float, Scalar, Vector3
 
@@ -17,8 +16,8 @@ FLAT = 0.09
 """Deviation from sampling on flat surfaces, over the spacing; measured in generated scenes [1]."""
 EDGE = 0.12
 """What sharp edges add to it, over the spacing; a retreat evenly spread to half a spacing deviates by 0.14 [1]."""
-COARSE = 0.3
-"""Deviation at coarse levels, over their spacing [1]."""
+COARSE = 0.05
+"""Deviation of coarse levels' own distance, over their spacing [1]."""
 NORMAL_95 = 1.645
 """One-sided 95 % quantile of the normal distribution [1]."""
 
@@ -37,12 +36,11 @@ def distance_and_deviation(
     for level in reversed(range(layout.levels)):
         blocks, spacing = state.levels[level], layout.spacing_of(level)
         near = corrected_distance(rows_about(layout, level, blocks, x), layout.scale_of(level, ratio), x)
+        slots = slots_about(layout, level, blocks, x)
         if level:
-            error = jnp.asarray(COARSE * spacing, x.dtype)
+            extent = state.extent[level - 1].at[slots].get(mode="fill", fill_value=0)
+            error = jnp.sum(near.weights * extent) / NORMAL_95 + COARSE * spacing
         else:
-            count = min(NEAREST, blocks.place.shape[0])
-            at = jax.lax.stop_gradient(x)
-            slots, _ = nearest_blocks(layout, level, blocks, at, at, count)
             information = state.information.at[slots].get(mode="fill", fill_value=1.0)
             noise = jnp.sum(near.weights**2 / jnp.maximum(information, 1.0))
             error = jnp.sqrt(noise + (spacing * (FLAT + EDGE * (1.0 - near.flatness))) ** 2)

@@ -1,5 +1,7 @@
 """Coarse levels: the mean point of every block is a voxel of the next level."""
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 
 from hrcjax.map.blocks import claim, flat_index, slots_around, store
@@ -7,6 +9,19 @@ from hrcjax.map.layout import EDGE, REACH, MapLayout
 from hrcjax.map.level import Level
 from hrcjax.map.params import MapParams
 from hrcjax.typing import Array, Bool, Float, Int
+
+
+class Changed(NamedTuple):
+    """Blocks of a level whose points may have changed."""
+
+    place: Int[Array, "block 3"]
+    """Padded places."""
+    rows: Float[Array, "block 4 voxel"]
+    """Points and weights."""
+    extent: Float[Array, "block voxel"]
+    """How far what the points stand for is from them, at most [m]."""
+    which: Bool[Array, "block"]
+    """Which of the blocks count."""
 
 
 def typical_weight(layout: MapLayout, level: int, params: MapParams) -> Float[Array, ""]:
@@ -20,30 +35,22 @@ def follow(
     layout: MapLayout,
     level: int,
     coarse: Level,
+    extent: Float[Array, "slot voxel"],
     stale: Bool[Array, "slot"],
-    place: Int[Array, "block 3"],
-    rows: Float[Array, "block 4 voxel"],
-    changed: Bool[Array, "block"],
+    changed: Changed,
     params: MapParams,
-) -> tuple[
-    Level,
-    Bool[Array, "slot"],
-    Int[Array, ""],
-    Int[Array, "touched 3"],
-    Float[Array, "touched 4 voxel"],
-    Bool[Array, "touched"],
-]:
+) -> tuple[Level, Float[Array, "slot voxel"], Bool[Array, "slot"], Int[Array, ""], Changed]:
     """A level after blocks of the one below have changed: their mean points are its own.
 
     Args:
-        place: padded places of the blocks below.
-        rows: their points.
-        changed: which of them to take over.
+        extent: how far what its points stand for is from them [m].
+        changed: blocks of the level below.
 
     Returns:
-        the level, what is stale in it, how many blocks went without a place, and its own blocks that have changed: places,
-        points, which.
+        the level, the extents, what is stale in it, how many blocks went without a place, and its own blocks that have
+        changed.
     """
+    place, rows, known_extent, which = changed
     capacity = coarse.place.shape[0]
     most = min(capacity, layout.seen)  # of these blocks no more can change
     dtype = rows.dtype
@@ -51,18 +58,21 @@ def follow(
     count = jnp.sum(there, axis=1)
     some = count > 0
     mean = jnp.sum(rows[:, :3] * there[:, None], axis=2) / jnp.maximum(count, 1)[:, None]
+    apart = jnp.sqrt(jnp.sum((rows[:, :3] - mean[:, :, None]) ** 2, axis=1)) + known_extent
+    farthest = jnp.max(jnp.where(there > 0, apart, 0.0), axis=1)
     below = place - REACH
     above = below // EDGE + REACH
     voxel = flat_index((EDGE, EDGE, EDGE), below % EDGE)
-    coarse, slot, lost = claim(coarse, above, changed & some, most)
+    coarse, slot, lost = claim(coarse, above, which & some, most)
     known = coarse.slot.reshape(-1)[flat_index(coarse.slot.shape, above)]
-    slot = jnp.where(changed, jnp.where(some, slot, known), capacity)
+    slot = jnp.where(which, jnp.where(some, slot, known), capacity)
     old = coarse.rows.at[slot, :, voxel].get(mode="fill", fill_value=0)
     weight = jnp.where(
         some, jnp.where(old[:, 3] > 0, old[:, 3], typical_weight(layout, level, params).astype(dtype)), 0.0
     )
     point = jnp.concatenate([jnp.where(some[:, None], mean, 0.0), weight[:, None]], axis=1)
     all_rows = coarse.rows.at[slot, :, voxel].set(point, mode="drop")
+    extent = extent.at[slot, voxel].set(farthest, mode="drop")
     flags = jnp.zeros((capacity,), bool).at[slot].set(True, mode="drop")
     touched = jnp.nonzero(flags, size=most, fill_value=capacity)[0].astype(jnp.int32)
     own = coarse.place.at[touched].get(mode="fill", fill_value=1)
@@ -72,4 +82,5 @@ def follow(
     about = jnp.where(real[:, None], slots_around(coarse, own), capacity)
     coarse = store(layout, level, coarse, touched, own_rows)
     stale = stale.at[about].set(True, mode="drop") & (coarse.place[:, 0] > 0)
-    return coarse, stale, lost, own, own_rows, real
+    own_extent = extent.at[touched].get(mode="fill", fill_value=0)
+    return coarse, extent, stale, lost, Changed(own, own_rows, own_extent, real)

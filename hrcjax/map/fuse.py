@@ -7,18 +7,18 @@ import jax.numpy as jnp
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of
-from hrcjax.map.coarse import follow, typical_weight
+from hrcjax.map.coarse import Changed, follow, typical_weight
 from hrcjax.map.entries import make_entries, near_any
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
 from hrcjax.map.params import MapParams
-from hrcjax.map.state import DYNAMIC, NEW, NONE, STATIC, FieldMap, FrameReport
+from hrcjax.map.state import DYNAMIC, NEW, STATIC, FieldMap, FrameReport
 from hrcjax.map.view import View
 from hrcjax.map.visibility import blocks_in_view, look_along
 from hrcjax.map.weigh import refit
 from hrcjax.sense import Camera
 from hrcjax.sense.points import remove_body
-from hrcjax.typing import Array, Bool, Float, Int, Scalar
+from hrcjax.typing import Array, Bool, Int, Scalar
 
 CANDIDATES = 1024
 """Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new, and what is seen
@@ -80,7 +80,7 @@ def fuse(
     entry = entries.of.reshape(-1).at[own].get(mode="fill", fill_value=most)
     sums = jnp.zeros((most, 4), dtype).at[entry].add(parts, mode="drop")
     observed = sums[:, 3] > 0
-    scale = 1.0 / jnp.maximum(sums[:, 3], 1.0)
+    scale = jnp.where(observed, 1.0 / jnp.where(observed, sums[:, 3], 1.0), 0.0)
     frame = tuple(camera.position[a] + scale * sums[:, a] for a in range(3))
 
     # fused with the map's
@@ -97,7 +97,7 @@ def fuse(
     information, missed, unmet, label = (of_map(a) for a in (state.information, state.missed, state.unmet, state.label))
     gain = jnp.where(observed, jnp.minimum(sums[:, 3], 1.0 / params.least_deviation**2), 0.0)
     total = information + gain
-    share = gain / jnp.maximum(total, 1.0)
+    share = gain / jnp.where(total > 0, total, 1.0)
     points = tuple(jnp.where(exists, o + share * (f - o), f) for o, f in zip(old, frame, strict=True))
     fresh = observed & ~exists
     moves = jnp.where(exists & observed, sum((p - o) ** 2 for p, o in zip(points, old, strict=True)), 0.0)
@@ -118,12 +118,14 @@ def fuse(
     new = fresh & ~nothing.at[asked].set(known, mode="drop")
 
     there_still = observed | (exists & look.met) | beside
-    missed = jnp.where(there_still, 0, missed + dynamic.astype(jnp.int8)).astype(jnp.int8)
+    missed = jnp.where(there_still, 0, jnp.minimum(missed, 126) + dynamic.astype(jnp.int8)).astype(jnp.int8)
     unmet = jnp.where(there_still, 0, jnp.minimum(unmet, 126) + look.unmet.astype(jnp.int8)).astype(jnp.int8)
     # looked at, and not found: what was seen but once or twice, beside a surface, was noise
-    total = jnp.where(through, params.fade * total, total)
+    looked_through = dynamic | beside
+    total = jnp.where(looked_through, params.fade * total, total)
     once = 1.0 / ((params.pixel_noise * look.depth**2) ** 2 + params.least_deviation**2)
-    gone = exists & ((missed.astype(dtype) >= params.patience) | (through & (total < params.least_information * once)))
+    tired = dynamic & (missed.astype(dtype) >= params.patience)
+    gone = exists & (tired | (looked_through & (total < params.least_information * once)))
     if body is not None:
         gone = gone | (exists & ~remove_body(Cloud(jnp.stack(points, axis=-1), exists), body, 1.0, -DEEP).mask)
     there = (exists | observed) & ~gone
@@ -150,14 +152,15 @@ def fuse(
     rows_seen = rows.at[seen].get(mode="fill", fill_value=0)
     base = store(layout, 0, Level(base.slot, base.box, base.place, rows), seen, rows_seen)
     stale = state.stale[0].at[about].set(True, mode="drop") & (base.place[:, 0] > 0)
-    levels, waiting = [base], [stale]
-    below, points_below, changed_below = place, rows_seen, changed
+    levels, extents, waiting = [base], [], [stale]
+    below = Changed(place, rows_seen, jnp.zeros((layout.seen, VOXELS), dtype), changed)
     for k in range(1, layout.levels):
-        level, stale, more, below, points_below, changed_below = follow(
-            layout, k, state.levels[k], state.stale[k], below, points_below, changed_below, params
+        level, extent, stale, more, below = follow(
+            layout, k, state.levels[k], state.extent[k - 1], state.stale[k], below, params
         )
         lost = lost + more
         levels.append(level)
+        extents.append(extent)
         waiting.append(stale)
     levels, waiting, turn = refit(layout, tuple(levels), tuple(waiting), state.turn, params)
 
@@ -178,6 +181,7 @@ def fuse(
     )
     fused = FieldMap(
         levels=levels,
+        extent=tuple(extents),
         stale=waiting,
         turn=turn,
         information=to_map(state.information, total),

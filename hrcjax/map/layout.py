@@ -32,7 +32,7 @@ class MapLayout:
     spacing: float = 0.025
     """Edge of a voxel of level 0 [m]."""
     capacity: int = 4096
-    """Blocks of level 0 that can hold points."""
+    """Blocks of level 0 that can hold points; at most all that the box has."""
     levels: int = 3
     """Level 0 and the coarser ones, each with four times the spacing of the one before."""
     seen: int = 2048
@@ -40,12 +40,19 @@ class MapLayout:
     born: int = 1024
     """Blocks that one frame can add."""
     refitted: int = 384
-    """Blocks fitted anew with one frame; further ones wait for the next frame."""
+    """Blocks fitted anew with one frame; further ones wait for the next frame. 0: weights stay those of a flat sample, for
+    maps of which the points alone are read."""
 
     def __post_init__(self) -> None:
-        """Refuses sizes that no map can have."""
-        if self.levels < 2 or min(self.capacity, self.seen, self.born, self.refitted, *self.shape) < 1:
-            raise ValueError(f"{self}: accepted are at least 2 levels and sizes of at least 1")
+        """Refuses sizes that no map can have.
+
+        Raises:
+            ValueError: fewer than 2 levels, a size under 1.
+        """
+        if self.levels < 2 or min(self.capacity, self.seen, self.born, self.refitted + 1, *self.shape) < 1:
+            raise ValueError(f"{self}: accepted are at least 2 levels and sizes of at least 1, refitted 0 or more")
+        places = self.shape[0] * self.shape[1] * self.shape[2]
+        object.__setattr__(self, "capacity", min(self.capacity, places))
 
     @property
     def entries(self) -> int:

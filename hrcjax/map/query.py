@@ -11,7 +11,7 @@ from hrcjax.field.curvature import curvature_correction, tangential_share
 from hrcjax.field.kernel import blended_root
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level, block_rows, nearest_blocks
-from hrcjax.typing import Array, Bool, Float, Matrix3, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
 
 NEAREST = 16
 """Blocks of a level that a query reads."""
@@ -100,12 +100,19 @@ def level_share(layout: MapLayout, level: int, d: Float[Array, "*n"]) -> tuple[F
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
 
 
-def rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
-    """The points that a level has about x: of its nearest blocks, of the coarsest level all."""
+def slots_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Int[Array, "block"]:
+    """Slots of a level's blocks about x: the nearest ones, of the coarsest level all; the capacity: none."""
     if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
-        return blocks.rows
+        return jnp.arange(blocks.place.shape[0], dtype=jnp.int32)
     x = jax.lax.stop_gradient(x)
-    return block_rows(blocks, nearest_blocks(layout, level, blocks, x, x, min(NEAREST, blocks.place.shape[0]))[0])
+    return nearest_blocks(layout, level, blocks, x, x, min(NEAREST, blocks.place.shape[0]))[0]
+
+
+def rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
+    """The points that a level has about x; see `slots_about`."""
+    if level == layout.levels - 1:
+        return blocks.rows
+    return block_rows(blocks, slots_about(layout, level, blocks, x))
 
 
 def reading_about(
@@ -144,8 +151,8 @@ def map_distance(
 ) -> Float[Array, ""]:
     """Distance to the mapped surfaces [m]; FAR if the map has no points.
 
-    Where coarse levels answer it reads too far: by up to 5 cm at 0.3 to 0.7 m, 19 cm beyond 1 m, measured at the default
-    spacing. `distance_bound` covers that.
+    Where coarse levels answer it reads too far: by up to 5 cm at 0.3 to 0.7 m; beyond 1 m by up to 27 cm, over a small
+    thing that stands on a large one, measured at the default spacing. `distance_bound` covers that.
 
     Args:
         ratio: length scale over spacing [1].

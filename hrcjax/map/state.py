@@ -17,6 +17,8 @@ class FieldMap(eqx.Module):
 
     levels: tuple[Level, ...]
     """Points and weights, finest first."""
+    extent: tuple[Float[Array, "_ voxel"], ...]
+    """How far the points of level 0 that a point stands for are from it, at most; from level 1 on [m]."""
     stale: tuple[Bool[Array, "_"], ...]
     """Blocks of each level whose weights wait to be fitted."""
     turn: Int[Array, "level"]
@@ -66,6 +68,7 @@ def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> Field
     levels = range(layout.levels)
     return FieldMap(
         levels=tuple(empty_level(layout, k, dtype) for k in levels),
+        extent=tuple(jnp.zeros((layout.capacity_of(k), VOXELS), dtype) for k in levels[1:]),
         stale=tuple(jnp.zeros(layout.capacity_of(k), bool) for k in levels),
         turn=jnp.zeros(layout.levels, jnp.int32),
         information=jnp.zeros(shape, dtype),

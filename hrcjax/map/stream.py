@@ -4,9 +4,12 @@ A frame that is refused is named, changes nothing in the map, and does not renew
 data grow old.
 """
 
+import dataclasses
+
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.geom.capsules import Capsules
 from hrcjax.map.view import View
 from hrcjax.numerics import safe_norm
 from hrcjax.sense import Camera
@@ -19,12 +22,15 @@ LEAP = 8
 NOT_FINITE = 16
 AHEAD = 32
 
+NO_ROTATION = 0.01
+"""How far R^T R may be from the identity [1]."""
+
 _REASONS = {
     EMPTY: "too few pixels with depth",
     REPEATED: "time stamp repeated",
     REVERSED: "time stamp before the last one",
     LEAP: "pose leapt",
-    NOT_FINITE: "time stamp or pose not finite",
+    NOT_FINITE: "time stamp, pose or robot not finite, or no rotation",
     AHEAD: "time stamp leapt ahead",
 }
 
@@ -64,7 +70,12 @@ def initial_stream(dtype: jnp.dtype | type = jnp.float32) -> StreamState:
 
 
 def admit(
-    params: StreamParams, state: StreamState, stamp: Float[Array, ""], camera: Camera, view: View
+    params: StreamParams,
+    state: StreamState,
+    stamp: Float[Array, ""],
+    camera: Camera,
+    view: View,
+    body: Capsules | None = None,
 ) -> tuple[StreamState, View, Int[Array, ""]]:
     """Decides on one frame.
 
@@ -73,12 +84,17 @@ def admit(
 
     Args:
         stamp: when the image was taken, since a moment not long ago: float32 resolves a millisecond for two hours [s].
+        body: the robot at that time; if it is not finite the frame is refused.
 
     Returns:
         the state, the view (without anything if the frame is refused), and bits of why it is refused; 0: it is not.
     """
     R, o = camera.rotation, camera.position
-    finite = jnp.isfinite(stamp) & jnp.all(jnp.isfinite(R)) & jnp.all(jnp.isfinite(o))
+    finite = jnp.isfinite(stamp) & jnp.all(jnp.isfinite(o))
+    finite = finite & jnp.all(jnp.abs(R.T @ R - jnp.eye(3, dtype=R.dtype)) < NO_ROTATION)
+    if body is not None:
+        finite = finite & jnp.all(jnp.isfinite(body.a)) & jnp.all(jnp.isfinite(body.b))
+        finite = finite & jnp.all(jnp.isfinite(body.radius))
     began = jnp.isfinite(state.latest)
     dt = jnp.where(began & finite, jnp.maximum(stamp - state.latest, 0.0), 0.0)
     # |R - R'| over the square root of 2 is 2 sin(angle / 2), and near the angle for small ones
@@ -102,7 +118,7 @@ def admit(
         rotation=jnp.where(finite, R, state.rotation),
         position=jnp.where(finite, o, state.position),
     )
-    shown = View(view.points, view.mask & good, view.variance, jnp.where(good, view.depth, 0.0), view.tile)
+    shown = dataclasses.replace(view, mask=view.mask & good, depth=jnp.where(good, view.depth, 0.0))
     return state, shown, reasons
 
 

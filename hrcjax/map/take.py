@@ -77,10 +77,12 @@ def take_frame(
         the map; the camera's stream; what the frame did; bits of why it was refused (`describe_frame`); 0: it was not.
     """
     view = surface_view(params.map, camera, depth, tile)
-    stream, view, refused = admit(params.stream, stream, stamp, camera, view)
+    stream, view, refused = admit(params.stream, stream, stamp, camera, view, body)
     if box is not None:
         view = within_box(view, *box)
     if body is not None:
+        # a frame that is not believed takes nothing away either
+        body = Capsules(body.a, body.b, jnp.where(refused == 0, body.radius, -1.0))
         view = without_body(view, camera, body, params.body_scale, params.body_pad)
     view = jax.lax.optimization_barrier(view)  # else parts of it are computed again wherever fusion reads them
     state, report = fuse(layout, params.map, state, camera, view, body)

@@ -63,7 +63,12 @@ def make_view(
         gap: at 1 m and nearer; farther in proportion to the depth [m].
         tile: pixels along the edge of a tile.
         flying: pixels that are no part of a surface; they still say up to where nothing is.
+
+    Raises:
+        ValueError: an image smaller than a tile.
     """
+    if min(depth.shape) < tile:
+        raise ValueError(f"image of {depth.shape} pixels (rows, columns): accepted are {tile} x {tile} and more")
     h, w = depth.shape[0] // tile, depth.shape[1] // tile
     depth = jnp.where(jnp.isfinite(depth) & (depth > 0) & (depth < farthest), depth, 0.0)[: h * tile, : w * tile]
     solid = depth if flying is None else jnp.where(flying[: h * tile, : w * tile], 0.0, depth)

@@ -44,13 +44,14 @@ def lumped_weights(
     span, size = 2 * HALO + 1, (EDGE, EDGE, EDGE, grid.shape[-1])
 
     def add(total: Array, step: Array) -> tuple[Array, None]:
-        corner = (step[0], step[1], step[2], 0)
+        corner = tuple(step)
         other = [jax.lax.dynamic_slice(grid[a], corner, size) for a in range(3)]
         r2 = (x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2
         total = total + jax.lax.dynamic_slice(exists, corner, size) * jnp.exp(jnp.maximum(-precision * r2, -60.0))
         return total, None
 
-    steps = np.stack(np.meshgrid(*[np.arange(span, dtype=np.int32)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    edges = [np.arange(n, dtype=np.int32) for n in (span, span, span, 1)]
+    steps = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1).reshape(-1, 4)
     total, _ = jax.lax.scan(add, jnp.full_like(x, params.noise**2), jnp.asarray(steps))
     weights = jnp.where(exists[cut, cut, cut] > 0, 1.0 / jnp.maximum(total, 1e-6), 0.0)
     return jnp.moveaxis(weights, -1, 0).reshape(-1, VOXELS)
@@ -84,6 +85,8 @@ def refit(
         the levels, which blocks are stale then, and whose turn is next.
     """
     most = -(-layout.refitted // ROUND)
+    if most == 0:
+        return levels, stale, turn
 
     def wanted(known: tuple[Any, Any, Any, Array]) -> Bool[Array, ""]:
         return (known[3] < most) & jnp.any(jnp.stack([jnp.any(which) for which in known[1]]))

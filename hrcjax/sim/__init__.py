@@ -9,6 +9,6 @@ from hrcjax.sim.sensing import CELL_LAYOUT, Frames, SenseParams, sense_sequence
 from hrcjax.sim.tick import Record, Sensed, TickState, tick
 
 __all__ = [
-    "CELL_LAYOUT", "Cell", "Episode", "Fields", "Frames", "MotionParams", "Outcome", "Params", "Record", "Sensed", "SenseParams", "TickState", "Traces", "World",
+    "CELL_LAYOUT", "Cell", "Episode", "Fields", "Frames", "MotionParams", "Outcome", "Params", "Record", "SenseParams", "Sensed", "TickState", "Traces", "World",
     "episode", "fit_fields", "follow", "make_world", "outcome", "plan_path", "sense_sequence", "tick",
 ]  # fmt: skip

@@ -33,21 +33,21 @@ from hrcjax.typing import Array, Bool, Float, PRNGKeyArray, Vector3
 from hrcjax.world import Person, Scene
 from hrcjax.world.person import person_at
 
-STATIC_CAPACITY = 192
+STATIC_CAPACITY = 128
 """Places of the static cloud."""
-MOVING_CAPACITY = 512
+MOVING_CAPACITY = 576
 """Places of a moving cloud."""
 SETUP_FRAMES = 9
 """Images of the cell with nobody in it, before anybody comes."""
-MAP_POINTS = 2048
+MAP_POINTS = 3072
 """Points of the map that are looked at."""
 TILE_COLUMNS = 80
 """Tiles that an image is thinned to, along its width, or more."""
 CELL_LAYOUT = MapLayout(
-    lower=(-2.0, -2.0, 0.0), shape=(20, 20, 8), spacing=0.05, capacity=640, levels=2, seen=640, born=256, refitted=1
+    lower=(-2.0, -2.0, 0.0), shape=(20, 20, 8), spacing=0.05, capacity=256, levels=2, seen=256, born=128, refitted=0
 )
-"""A map of the surroundings of the arm's base. The fields of the settings are fitted to its points with weights of their
-own, so the map's weights need not be."""
+"""A map of the surroundings of the arm's base. The fields of the settings are fitted to its points, with weights of their
+own."""
 
 
 def cell_frame_params() -> FrameParams:
@@ -64,7 +64,7 @@ class SenseParams(eqx.Module):
     """From image to map."""
     threshold: float = 0.08
     """A point farther than this from what stood there before anybody came moves; recommended for depth cameras [m]."""
-    memory: float = 5.0
+    memory: float = 2.0
     """Frames after which what moved, and is hidden by another surface since, is forgotten: people hide where they were a
     moment ago. What the robot hides is kept [1]."""
     table_margin: float = 0.03
@@ -169,7 +169,7 @@ def sense_sequence(
     static, left_out = thin(stood, layout.spacing, static_capacity, centre)
 
     def moving_points(points: MapPoints) -> tuple[Cloud, Array]:
-        cloud = Cloud(points.cloud.points, points.cloud.mask & (points.unmet < params.memory))
+        cloud = Cloud(points.cloud.points, points.cloud.mask & (points.unmet.astype(dtype) < params.memory))
         return thin(moved(cloud, static, params.threshold), layout.spacing, moving_capacity, centre)
 
     short, then = short | points.more, jax.tree.map(lambda a: a[SETUP_FRAMES:], points)

@@ -23,8 +23,7 @@ from hrcjax.plan import path_curve
 from hrcjax.robot import load_arm, tool_frame, with_tool
 from hrcjax.safety import INVALID_FRAME, OLD_DATA, TOO_CLOSE, WAITING, ClockParams, ClockState
 from hrcjax.safety import advance as jax_advance
-from hrcjax.sense import Frames
-from hrcjax.sim import Cell, Params, Record, fit_fields, follow
+from hrcjax.sim import Cell, Frames, Params, Record, fit_fields, follow
 
 FRAMES, PLACES = 30, 40
 TORQUE_LIMITED = 2

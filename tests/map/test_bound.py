@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.map import MapParams, distance_and_deviation, distance_bound, empty_map
+from hrcjax.map import MapLayout, MapParams, View, distance_and_deviation, distance_bound, empty_map, fuse
 from hrcjax.sense import NoiseParams, d435i
 from hrcjax.sense.camera import render_scene
 from hrcjax.sense.noise import measure
@@ -77,3 +77,27 @@ def test_deviation_is_larger_far_away_and_derivatives_are_finite(layout, state) 
     assert float(deviation[0]) < 0.004 < float(deviation[1]) < float(deviation[2])
     slope = jax.jit(jax.vmap(jax.grad(lambda x: distance_bound(layout, state, RATIO, x))))(place)
     assert np.isfinite(slope).all()
+
+
+def test_bound_holds_over_a_small_thing_that_coarse_levels_take_for_part_of_the_floor() -> None:
+    layout, params = MapLayout(), MapParams(near=0.0, far=20.0)
+    a, b = np.arange(-1.95, 1.95, 0.025), np.arange(-0.05, 0.05, 0.02) + 0.2
+    floor = np.stack([*np.meshgrid(a, a), np.full((a.size, a.size), 0.02)], axis=-1).reshape(-1, 3)
+    lamp = np.stack(np.meshgrid(b, b, b + 0.15), axis=-1).reshape(-1, 3)
+    x = jnp.asarray(np.concatenate([floor, lamp]), jnp.float32)
+    view = View(x, jnp.ones(len(x), bool), jnp.full(len(x), 1e-6, jnp.float32), jnp.zeros((1, 1), jnp.float32))
+    camera = d435i(jnp.asarray([0.0, 0.0, 3.5], jnp.float32), jnp.asarray([0.01, 0.0, 0.0], jnp.float32), 1)
+    take = jax.jit(lambda state: fuse(layout, params, state, camera, view))
+    state = empty_map(layout)
+    for _ in range(12):
+        state, report = take(state)
+    assert int(report.waiting) == int(report.unseen) == 0
+    way = np.random.default_rng(1).normal(size=(300, 3))
+    way = way[way[:, 2] > 0.75 * np.linalg.norm(way, axis=1)]
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    x = np.concatenate([[0.2, 0.2, 0.35] + r * way for r in (0.5, 0.9, 1.3, 1.8)]).astype(np.float32)
+    truth = np.linalg.norm(np.concatenate([floor, lamp])[None] - x[:, None], axis=2).min(axis=1)
+    both = jax.jit(lambda x: jax.lax.map(lambda x: distance_bound(layout, state, RATIO, x), x, batch_size=64))
+    bound = np.asarray(both(x))
+    assert np.mean(bound <= truth) > 0.95
+    assert np.median(truth - bound) < 0.15

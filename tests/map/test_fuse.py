@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.map import DYNAMIC, NEW, MapLayout, MapParams, empty_map, fuse, make_view
+from hrcjax.map import DYNAMIC, NEW, MapLayout, MapParams, View, empty_map, fuse, make_view
 from hrcjax.map.layout import REACH
 from hrcjax.map.level import NO_BOX
 from hrcjax.sense import NoiseParams, d435i
@@ -190,3 +190,21 @@ def test_memory_of_a_point_is_bounded(still) -> None:
     state, _, _ = still
     most = MapParams().memory / MapParams().least_deviation ** 2
     assert float(jnp.max(state.information)) <= most * (1 + 1e-6)
+
+
+def test_a_far_point_that_is_unsure_stays_where_it_was_measured() -> None:
+    layout = MapLayout(lower=(-0.8, -0.8, 19.2), shape=(8, 8, 8), spacing=0.05, levels=2, seen=512, born=512)
+    x = jnp.asarray([[0.11, 0.22, 20.01], [-0.31, 0.12, 20.01]], jnp.float32)
+    view = View(x, jnp.ones(2, bool), jnp.full(2, 2.7, jnp.float32), jnp.zeros((1, 1), jnp.float32))  # 1.6 m deviation
+    camera = d435i(jnp.zeros(3, jnp.float32), jnp.asarray([0.0, 0.0, 1.0], jnp.float32), 1)
+    take = jax.jit(lambda state, view: fuse(layout, MapParams(far=30.0), state, camera, view))
+    state, _ = take(empty_map(layout), view)
+    np.testing.assert_allclose(np.sort(points_of(state)[0], axis=0), np.sort(x, axis=0), atol=1e-4)
+    moved = dataclasses.replace(view, points=x.at[:, 2].add(0.02))
+    state, _ = take(state, moved)  # and goes half the way to the second measurement
+    np.testing.assert_allclose(points_of(state)[0][:, 2], 20.02, atol=1e-4)
+
+
+def test_pixels_fewer_than_a_tile_are_refused(camera) -> None:
+    with pytest.raises(ValueError, match="4 x 4 and more"):
+        make_view(camera, jnp.ones((3, 640)), 0.01)

@@ -10,7 +10,7 @@ import pytest
 from hrcjax.geom.capsules import Capsules
 from hrcjax.map import FrameParams, empty_map, initial_stream, make_view, map_points, take_frame
 from hrcjax.map.clean import drop_lonely, within_box, without_body
-from hrcjax.map.stream import REPEATED
+from hrcjax.map.stream import NOT_FINITE, REPEATED
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import render_capsules, render_scene
 from hrcjax.world.scene import BOX
@@ -95,13 +95,63 @@ def test_a_ghost_within_the_robot_goes_though_nothing_sees_through_it(layout, ca
     assert int(report.removed) > 50 and (to_axis(points, arm) < 0.045).sum() == 0
 
 
-def test_a_refused_frame_changes_nothing(layout, image, take) -> None:
+def assert_same_points(state, other) -> None:
+    for one, two in zip(map_points(state, 4096), map_points(other, 4096), strict=True):
+        jax.tree.map(np.testing.assert_array_equal, one, two)
+    np.testing.assert_array_equal(state.information, other.information)
+    np.testing.assert_array_equal(state.missed, other.missed)
+
+
+def test_a_refused_frame_changes_nothing(layout, image, arm, take) -> None:
     state, stream, _, _ = take(empty_map(layout), initial_stream(), jnp.float32(1.0), image, None)
     nearer = jnp.where(image > 0, image - 0.3, 0.0)
-    again, stream, report, refused = take(state, stream, jnp.float32(1.0), nearer, None)
+    again, kept, report, refused = take(state, stream, jnp.float32(1.0), nearer, None)
     assert int(refused) == REPEATED and int(report.dynamic) == int(report.new) == 0
-    np.testing.assert_array_equal(map_points(again, 4096).cloud.points, map_points(state, 4096).cloud.points)
-    assert float(stream.stamp) == 1.0
+    assert_same_points(again, state)
+    assert float(kept.stamp) == 1.0
+    low = dataclasses.replace(arm, a=arm.a.at[:, 2].set(0.0), b=arm.b.at[:, 2].set(0.0))  # it lies on the table
+    again, _, _, refused = take(state, stream, jnp.float32(1.0), image, low)
+    assert int(refused) == REPEATED
+    assert_same_points(again, state)
+    _, _, report, _ = take(state, stream, jnp.float32(1.03), image, low)
+    assert int(report.removed) > 5  # believed, it takes away what would be within the robot
+
+
+def test_a_robot_that_is_not_finite_refuses_the_frame(layout, image, arm, take) -> None:
+    state, stream, _, _ = take(empty_map(layout), initial_stream(), jnp.float32(1.0), image, None)
+    for broken in (
+        dataclasses.replace(arm, a=arm.a.at[0, 1].set(jnp.nan)),
+        dataclasses.replace(arm, radius=arm.radius.at[0].set(jnp.inf)),
+    ):
+        again, kept, _, refused = take(state, stream, jnp.float32(1.03), image, broken)
+        assert int(refused) == NOT_FINITE and float(kept.stamp) == 1.0
+        assert_same_points(again, state)
+
+
+def test_what_is_hidden_is_counted_and_not_if_the_robot_hides_it(layout, image, arm, take) -> None:
+    state, stream, _, _ = take(empty_map(layout), initial_stream(), jnp.float32(0.0), image, None)
+    screen = jnp.full_like(image, 0.5)
+    for k in range(1, 4):
+        state, stream, _, refused = take(state, stream, jnp.float32(0.03 * k), screen, None)
+        assert int(refused) == 0
+        points = map_points(state, 4096)
+        behind = np.asarray(points.cloud.mask) & (np.asarray(points.cloud.points)[:, 2] < 0.2)
+        assert behind.sum() > 200 and (np.asarray(points.unmet)[behind] == k).mean() > 0.9
+    state, stream, _, _ = take(state, stream, jnp.float32(0.12), image, None)
+    points = map_points(state, 4096)
+    low = np.asarray(points.cloud.mask) & (np.asarray(points.cloud.points)[:, 2] < 0.15)
+    assert (np.asarray(points.unmet)[low] == 0).mean() > 0.9  # met again
+    eye, foot = jnp.asarray(EYE, jnp.float32), jnp.asarray([0.0, 0.05, 0.05], jnp.float32)
+    middle = eye + 0.5 / jnp.linalg.norm(foot - eye) * (foot - eye)  # the screen is the robot's, all of it
+    ball = Capsules(jnp.stack([middle, middle]), jnp.stack([middle, middle]), jnp.asarray([0.6, -1.0], jnp.float32))
+    before = np.asarray(state.unmet)
+    state, _, _, refused = take(state, stream, jnp.float32(0.15), screen, ball)
+    assert int(refused) == 0
+    points = map_points(state, 4096)
+    far = np.linalg.norm(np.asarray(points.cloud.points) - np.asarray(middle), axis=1) > 0.7
+    assert (far & np.asarray(points.cloud.mask)).sum() > 100
+    assert (np.asarray(points.unmet)[far & np.asarray(points.cloud.mask)] <= before.max()).all()
+    assert (np.asarray(points.unmet)[far & np.asarray(points.cloud.mask)] == 0).mean() > 0.9
 
 
 def test_what_is_outside_the_box_is_not_taken(camera, image, arm) -> None:

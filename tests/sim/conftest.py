@@ -6,7 +6,7 @@ import pytest
 
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import load_arm, with_tool
-from hrcjax.sense import SenseParams, cell_camera
+from hrcjax.sense import cell_camera
 from hrcjax.sim import Cell, World, make_world
 from hrcjax.world import motion_named, scene_named
 
@@ -22,8 +22,7 @@ def world(cell: Cell) -> World:
     scene = scene_named("robotica", 0)
     person = jax.jit(lambda: motion_named("stand_and_work", scene, 0, 2.0, 30.0))()
     camera = cell_camera(scene, decimation=8)
-    params = SenseParams(voxel=0.08, least_count=1.0)
-    return make_world(cell, scene, person, camera, jax.random.key(0), params)
+    return make_world(cell, scene, person, camera, jax.random.key(0))
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from experiments.cell import SENSE, TOOL
+from experiments.cell import TOOL
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import cell_camera
@@ -22,5 +22,5 @@ def cell() -> Cell:
 def world(cell: Cell, request: pytest.FixtureRequest) -> World:
     scene = scene_named(request.param, 0)
     person = jax.jit(lambda: motion_named("reach_in", scene, 0, 10.0, 30.0))()
-    sensed = make_world(cell, scene, person, cell_camera(scene), jax.random.key(0), SENSE)
+    sensed = make_world(cell, scene, person, cell_camera(scene), jax.random.key(0))
     return jax.tree.map(lambda x: x.astype(jnp.float64) if jnp.issubdtype(x.dtype, jnp.floating) else x, sensed)

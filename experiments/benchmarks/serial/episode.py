@@ -19,8 +19,7 @@ from experiments.benchmarks.serial.policy import policy_acceleration
 from experiments.benchmarks.serial.safety import Monitor, Zone, governor
 from hrcjax.field import FieldParams
 from hrcjax.robot import COVER_MARGIN
-from hrcjax.sim import Frames
-from hrcjax.sim import Cell, Params
+from hrcjax.sim import Cell, Frames, Params
 from hrcjax.sim.cell import TOOL_REACH
 
 
