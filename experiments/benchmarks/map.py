@@ -126,7 +126,7 @@ def run() -> dict[str, dict[str, Any]]:
             clock += 1
             if k >= WARM:
                 times[size].append(seconds)
-                faults += int(report.lost) + int(report.unseen) + int(report.deferred)
+                faults += int(report.lost) + int(report.unseen) + int(report.deferred) + int(report.left_out)
                 refusals += int(refused) != 0
         sizes[size] = count_points(state)
     p95, median = ({n: 1e3 * float(np.percentile(t, q)) for n, t in times.items()} for q in (95, 50))

@@ -157,7 +157,7 @@ def survey(case: Case, seed: int, every: int = 1) -> Survey:
     for k, (eye, target) in enumerate(zip(case.eyes[::every], case.targets[::every], strict=True)):
         frame = look(case.world, eye, target, 100 * seed + k)
         state, report = take(state, frame)
-        faults += int(report.lost) + int(report.unseen)
+        faults += int(report.lost) + int(report.unseen) + int(report.left_out)
         raw.add(pixels(frame, frame.measured))
         supported.add(pixels(frame, np.where(_supported()(frame.measured), frame.measured, 0)))
         frames.append(frame)

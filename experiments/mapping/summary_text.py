@@ -57,6 +57,8 @@ def hints(found: dict[str, Any]) -> list[str]:
         texts.append(
             "frames saw through more points than one can remove; the others went later, or wait: take more frames"
         )
+    if t.get("left_out"):
+        texts.append("blocks in view held more points than one frame can be about; some were passed over: raise --seen")
     if t["waiting"]:
         texts.append(f"{t['waiting']:,} blocks wait to be fitted: their distances are rough")
     if any("leapt ahead" in reason for reason in t["refused"]):

@@ -177,7 +177,8 @@ def fuse(
         lost=lost,
         outside=count(wanted & ~inside),
         unseen=count(in_view) - count(seen < capacity),
-        deferred=jnp.maximum(count(through) - CANDIDATES, 0) + entries.left_out,
+        deferred=jnp.maximum(count(through) - CANDIDATES, 0),
+        left_out=entries.left_out,
     )
     fused = FieldMap(
         levels=levels,

@@ -38,7 +38,7 @@ class FieldMap(eqx.Module):
 
 
 class FrameReport(eqx.Module):
-    """What one frame did. Where one of the last four is not 0 the map is incomplete or behind."""
+    """What one frame did. Where one of the last five is not 0 the map is incomplete or behind."""
 
     points: Int[Array, ""]
     """Points in the blocks that the frame saw."""
@@ -60,6 +60,8 @@ class FrameReport(eqx.Module):
     """Blocks in view that were left as they are until a later frame: `seen` is exhausted."""
     deferred: Int[Array, ""]
     """Points seen through that wait for a later frame, as one frame removes 1024 at most."""
+    left_out: Int[Array, ""]
+    """Points, of the map or of the frame, that were passed over: `MapLayout.entries` is exhausted."""
 
 
 def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> FieldMap:

@@ -157,7 +157,7 @@ def sense_sequence(
         exact = render_capsules(camera, arm, render_capsules(camera, body, scene_image))
         depth = measure(exact, camera, frame_key, params.noise)
         state, stream, report, refused = take_frame(layout, params.frame, *known, stamp, camera, depth, arm, box, tile)
-        short = (report.lost > 0) | (report.unseen > 0)
+        short = (report.lost > 0) | (report.unseen > 0) | (report.left_out > 0)
         return (state, stream), (map_points(state, MAP_POINTS), refused == 0, short)
 
     start = (empty_map(layout, dtype), initial_stream(dtype))

@@ -208,3 +208,21 @@ def test_a_far_point_that_is_unsure_stays_where_it_was_measured() -> None:
 def test_pixels_fewer_than_a_tile_are_refused(camera) -> None:
     with pytest.raises(ValueError, match="4 x 4 and more"):
         make_view(camera, jnp.ones((3, 640)), 0.01)
+
+
+def test_points_for_which_a_frame_has_no_entry_are_told() -> None:
+    layout = MapLayout(lower=(-0.2, -0.2, 0.9), shape=(4, 4, 4), levels=2, seen=2, born=2)
+    a = 0.0125 + 0.025 * np.arange(4)
+    x = np.stack(np.meshgrid(a, a, 1.0 + a, indexing="ij"), axis=-1).reshape(-1, 3)  # one full block
+    view = View(
+        jnp.asarray(x, jnp.float32),
+        jnp.ones(64, bool),
+        jnp.full(64, 1e-6, jnp.float32),
+        jnp.zeros((1, 1), jnp.float32),
+    )
+    camera = d435i(jnp.zeros(3, jnp.float32), jnp.asarray([0.0, 0.0, 1.0], jnp.float32), 1)
+    state, report = jax.jit(lambda view: fuse(layout, MapParams(), empty_map(layout), camera, view))(view)
+    assert layout.entries == 32 and int(report.left_out) == 32 and int(report.points) == 32
+    few = dataclasses.replace(view, mask=view.mask.at[20:].set(False))
+    _, report = jax.jit(lambda view: fuse(layout, MapParams(), empty_map(layout), camera, view))(few)
+    assert int(report.left_out) == 0 and int(report.points) == 20
