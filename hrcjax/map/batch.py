@@ -103,16 +103,22 @@ def _by_group(
 ) -> Readings:
     """Readings of one level at the queries of a group."""
     scale = layout.scale_of(level, ratio)
-    if level == layout.levels - 1:
-        return group_readings(blocks.rows, scale, x, correct)[0]
     low, high = jnp.min(x, axis=0), jnp.max(x, axis=0)
+    # queries outside of the map share a group with those at its border, however far they are: digits would be lost
+    near = jnp.all(high - low < SPAN * layout.edge_of(level))
+    if level == layout.levels - 1:
+        return jax.lax.cond(
+            near,
+            lambda: group_readings(blocks.rows, scale, x, correct)[0],
+            lambda: _one_by_one(layout, level, blocks, ratio, x, correct),
+        )
     slots, left_out = nearest_blocks(layout, level, blocks, low, high, GROUP_BLOCKS, SPAN)
     readings, reach = group_readings(block_rows(blocks, slots), scale, x, correct)
     wide = padded_place(layout, level, high) - padded_place(layout, level, low) >= SPAN
     # what is farther than the level answers need not be known
     most = (level_range(layout, level)[1] + 4.0 * scale) ** 2
     needed = jnp.minimum(reach + TAIL * jnp.asarray(scale, x.dtype) ** 2, most)
-    whole = (left_out > needed) & ~jnp.any(wide) & jnp.all(jnp.isfinite(x))
+    whole = (left_out > needed) & near & ~jnp.any(wide) & jnp.all(jnp.isfinite(x))
     return jax.lax.cond(whole, lambda: readings, lambda: _one_by_one(layout, level, blocks, ratio, x, correct))
 
 

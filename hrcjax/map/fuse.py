@@ -145,13 +145,15 @@ def fuse(
     # weights of what has changed, and of the blocks about it
     move = jnp.zeros((layout.seen,), dtype).at[entries.row].max(moves, mode="drop")
     drift = state.drift.at[seen].get(mode="fill", fill_value=0) + move
-    changed = jnp.zeros((layout.seen,), bool).at[entries.row].max(fresh | gone, mode="drop")
-    changed = (changed | (drift > (params.drift * layout.spacing) ** 2)) & (seen < capacity)
-    about = jnp.where(changed[:, None], slots_around(base, place), capacity)
+    other = jnp.zeros((layout.seen,), bool).at[entries.row].max(fresh | gone, mode="drop")
+    changed = (other | (drift > (params.drift * layout.spacing) ** 2)) & (seen < capacity)
+    # what has drifted is fitted anew; where points came or went, what is about it too
+    about = jnp.where(other[:, None] & (seen < capacity)[:, None], slots_around(base, place), capacity)
     drift = state.drift.at[seen].set(jnp.where(changed, 0.0, drift), mode="drop")
     rows_seen = rows.at[seen].get(mode="fill", fill_value=0)
     base = store(layout, 0, Level(base.slot, base.box, base.place, rows), seen, rows_seen)
-    stale = state.stale[0].at[about].set(True, mode="drop") & (base.place[:, 0] > 0)
+    stale = state.stale[0].at[about].set(True, mode="drop")
+    stale = stale.at[jnp.where(changed, seen, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
     levels, extents, waiting = [base], [], [stale]
     below = Changed(place, rows_seen, jnp.zeros((layout.seen, VOXELS), dtype), changed)
     for k in range(1, layout.levels):

@@ -66,7 +66,7 @@ def next_in_turn(
         turn: slot to begin at.
     """
     capacity = stale.shape[0]
-    most = min(min(layout.refitted, ROUND) // EDGE ** (2 * level) + EDGE, capacity)
+    most = min(min(layout.refitted, ROUND) // 2**level + EDGE, capacity)
     slots = slots_in_turn(stale, most, turn)
     return slots, jnp.where(slots[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
 
@@ -105,7 +105,7 @@ def refit_round(
     turn: Int[Array, "level"],
     params: MapParams,
 ) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
-    """Fits the weights of ROUND stale blocks of level 0, and of fewer of the coarser ones.
+    """Fits the weights of some ROUND stale blocks of level 0, and of fewer of the coarser ones.
 
     Returns:
         the levels, which blocks are stale then, and whose turn is next.

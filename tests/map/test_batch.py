@@ -57,3 +57,15 @@ def test_empty_map_has_no_distance(layout) -> None:
     expected, _ = map_distance_and_gradient(layout, empty_map(layout).levels, RATIO, jnp.asarray(x[0]))
     np.testing.assert_array_equal(d, np.full(100, expected))
     np.testing.assert_array_equal(g, np.zeros((100, 3)))
+
+
+@pytest.mark.parametrize("far", [1e4, 1e6])
+def test_a_query_far_away_does_not_spoil_those_that_share_its_group(layout, levels, far) -> None:
+    random = np.random.default_rng(1)
+    x = random.uniform([-1.0, -1.0, 1.0], [1.0, 1.0, 2.0], (32, 3)).astype(np.float32)
+    x[5] = [far, far, 1.0]
+    d, g = jax.jit(lambda x: map_distances_and_gradients(layout, levels, RATIO, x))(x)
+    alone, slope = jax.jit(jax.vmap(lambda p: map_distance_and_gradient(layout, levels, RATIO, p)))(x)
+    near = np.arange(32) != 5
+    np.testing.assert_allclose(d[near], alone[near], atol=1e-4)
+    np.testing.assert_allclose(g[near], slope[near], atol=1e-3)
