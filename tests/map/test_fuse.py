@@ -221,7 +221,7 @@ def test_points_for_which_a_frame_has_no_entry_are_told() -> None:
         jnp.zeros((1, 1), jnp.float32),
     )
     camera = d435i(jnp.zeros(3, jnp.float32), jnp.asarray([0.0, 0.0, 1.0], jnp.float32), 1)
-    state, report = jax.jit(lambda view: fuse(layout, MapParams(), empty_map(layout), camera, view))(view)
+    _, report = jax.jit(lambda view: fuse(layout, MapParams(), empty_map(layout), camera, view))(view)
     assert layout.entries == 32 and int(report.left_out) == 32 and int(report.points) == 32
     few = dataclasses.replace(view, mask=view.mask.at[20:].set(False))
     _, report = jax.jit(lambda view: fuse(layout, MapParams(), empty_map(layout), camera, view))(few)
