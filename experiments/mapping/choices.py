@@ -34,10 +34,6 @@ OF_INPUT = (
 )
 
 
-MOST_PATIENCE = 127
-"""Frames that saw through a point are counted up to here."""
-
-
 def check(config: MapConfig) -> None:
     """Refuses what cannot be meant.
 
@@ -62,20 +58,6 @@ def check(config: MapConfig) -> None:
             raise UsageError(f"--{name.replace('_', '-')}: accepted are three finite numbers [m]")
     if not (math.isfinite(config.spacing) and config.spacing > 0):
         raise UsageError(f"--spacing {config.spacing:g}: accepted is a number above 0 [m]")
-
-
-def check_place(option: str, place: Sequence[float] | None, layout: MapLayout) -> None:
-    """Refuses a place that is farther from the map's box than the box is wide.
-
-    Raises:
-        UsageError: it is.
-    """
-    size = [n * layout.edge_of(0) for n in layout.shape]
-    if place is not None and any(
-        not -s <= v - low <= 2 * s for v, low, s in zip(place, layout.lower, size, strict=True)
-    ):
-        box = ", ".join(f"{low:g} to {low + s:g}" for low, s in zip(layout.lower, size, strict=True))
-        raise UsageError(f"{option}: far from the mapped box ({box} m): accepted are places in it or beside it")
 
 
 def recording(config: MapConfig) -> InputSource:
@@ -113,8 +95,6 @@ def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> t
             raise UsageError(f"--param {text}: accepted is NAME=NUMBER") from None
         if not (math.isfinite(values[name]) and values[name] >= 0):
             raise UsageError(f"--param {text}: accepted is a finite number, not negative")
-        if name == "patience" and not 1 <= values[name] <= MOST_PATIENCE:
-            raise UsageError(f"--param {text}: accepted are 1 to {MOST_PATIENCE} frames")
         if values[name] == 0 and name in ("ratio", "least_deviation", "memory", "far"):
             raise UsageError(f"--param {text}: accepted is a number above 0")
         if continued and name in FITTED and values[name] != float(getattr(params, name)):

@@ -14,8 +14,7 @@ from experiments.errors import UsageError, one_line
 from experiments.inputs.frame import InputFrame
 from experiments.inputs.source import InputSource
 from experiments.map_file import open_map
-from experiments.mapping.checked import checked
-from experiments.mapping.choices import check, check_place, choose_layout, choose_params, recording
+from experiments.mapping.choices import check, choose_layout, choose_params, recording
 from experiments.mapping.fit_box import fit_layout
 from experiments.mapping.frame_bar import FrameBar
 from experiments.mapping.interrupt import stop_on_interrupt
@@ -116,8 +115,7 @@ def run(config: MapConfig) -> int:
     count = count_selected(source.length, config.start, config.every, config.frames)
 
     def frames() -> Iterator[InputFrame]:
-        spacing = config.spacing if layout is None else layout.spacing
-        return (checked(frame, spacing) for frame in selected(source, config.start, config.every, config.frames))
+        return selected(source, config.start, config.every, config.frames)
 
     _say(f"{source.kind} {source.path} -> {folder}")
     if layout is None and config.fit:
@@ -125,7 +123,6 @@ def run(config: MapConfig) -> int:
     if layout is None:
         head = next(frames(), None)
         layout = choose_layout(config, clouds=head is not None and head.cloud is not None)
-    check_place("--slice-at", config.slice_at, layout)
     mapper = Mapper(layout, params, limits, state)
     done = Run(mapper, source, config)
     done.play(frames(), count)

@@ -43,7 +43,7 @@ class FieldSlice(NamedTuple):
 
 def contour_levels(highest: float) -> Float[np.ndarray, "level"]:
     """Round distances from one step up to `highest` [m]."""
-    step = next((s for s in STEPS if highest / s <= LINES), STEPS[-1] * np.ceil(highest / STEPS[-1] / LINES))
+    step = next((s for s in STEPS if highest / s <= LINES), STEPS[-1])
     return step * np.arange(1, max(int(highest / step + 1e-9), 1) + 1)
 
 

@@ -417,24 +417,3 @@ def test_real_frames(shared_data, run, tmp_path) -> None:
 
     distance = KDTree(points).query(world)[0]
     assert np.median(distance) < 0.06 and np.quantile(distance, 0.9) < 0.12
-
-
-def test_what_no_map_can_be_made_of_is_refused_in_one_line(record, run, tmp_path) -> None:
-    def said(*options) -> str:
-        status, _, error = run(*options)
-        lines = [line for line in error.splitlines() if line.startswith("error")]
-        assert status == 2 and len(lines) == 1 and "Traceback" not in error
-        return lines[0]
-
-    path = record("b")
-    with np.load(path) as file:
-        arrays = dict(file)
-    far = tmp_path / "far.npz"
-    np.savez(far, **{**arrays, "position": arrays["position"] + [5e5, 5e6, 0.0]})
-    assert "subtract an offset" in said("--input", far)
-    small = tmp_path / "small.npz"
-    np.savez(small, **{**arrays, "depth": arrays["depth"][:, :3, :3]})
-    assert "4 x 4 and more" in said("--input", small)
-    assert "accepted are places in it" in said("--input", path, "--slice-at", 1e6, 0, 0)
-    for patience in (0, 128):
-        assert "1 to 127" in said("--input", path, "--param", f"patience={patience}")
