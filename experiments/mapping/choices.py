@@ -28,6 +28,8 @@ PATIENCE = (1.0, 127.0)
 """Frames that can be counted."""
 NEIGHBOURS = ("clear_distance", "new_distance")
 """Distances that are measured to points of the 26 neighbouring voxels."""
+POSITIVE = ("ratio", "least_deviation", "memory", "far")
+"""Parameters that must not be 0."""
 FITTED = ("ratio", "noise")
 """Parameters that the weights of a map depend on."""
 OF_INPUT = (
@@ -108,7 +110,7 @@ def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> t
             raise UsageError(f"--param {text}: accepted is NAME=NUMBER") from None
         if not (math.isfinite(values[name]) and values[name] >= 0):
             raise UsageError(f"--param {text}: accepted is a finite number, not negative")
-        if values[name] == 0 and name in ("ratio", "least_deviation", "memory", "far"):
+        if values[name] == 0 and name in POSITIVE:
             raise UsageError(f"--param {text}: accepted is a number above 0")
         if name == "patience" and not PATIENCE[0] <= values[name] <= PATIENCE[1]:
             raise UsageError(f"--param {text}: accepted is a number from {PATIENCE[0]:g} to {PATIENCE[1]:g}")
