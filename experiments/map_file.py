@@ -12,6 +12,8 @@ import numpy as np
 
 from experiments.atomic import replace_file
 from experiments.errors import UsageError, one_line
+from experiments.map_arrays import fault_of_map
+from experiments.map_header import check_keys, layout_of, params_of
 from experiments.mapping.numbers import numbers_of
 from hrcjax.map import FieldMap, MapLayout, MapParams, empty_map
 
@@ -56,11 +58,16 @@ def open_map(path: str | Path) -> tuple[MapLayout, MapParams, FieldMap]:
     if header.get("version") != VERSION:
         raise UsageError(f"{path} is a map of version {header.get('version')}: accepted is {ACCEPTED}")
     try:
-        layout = _layout(header["layout"])
-        params = MapParams(**{name: float(value) for name, value in header["params"].items()})
-        expected = _leaves(jax.eval_shape(lambda: empty_map(layout, arrays["levels.0.rows"].dtype)))
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        check_keys(header)
+        layout, params = layout_of(header), params_of(header)
+    except (ValueError, OverflowError) as error:
         raise _damaged(path, f"its header: {one_line(error)}") from error
+    try:
+        first = arrays.get("levels.0.rows")
+        empty = jax.eval_shape(lambda: empty_map(layout, jnp.float32 if first is None else _float(first.dtype)))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _damaged(path, f"its sizes: {one_line(error)}") from error
+    expected = _leaves(empty)
     if set(arrays) != set(expected):
         odd = sorted(set(arrays) ^ set(expected))
         raise _damaged(path, f"{odd[0]} is {'missing' if odd[0] in expected else 'not known'}")
@@ -70,18 +77,16 @@ def open_map(path: str | Path) -> tuple[MapLayout, MapParams, FieldMap]:
             raise _damaged(path, f"{name} is {array.dtype} {array.shape}, not {like.dtype} {like.shape}")
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             raise _damaged(path, f"a number of {name} is not finite")
-    for k in range(layout.levels):
-        slots, count = arrays[f"levels.{k}.slot"], layout.capacity_of(k)
-        if slots.min() < 0 or slots.max() > count:
-            raise _damaged(path, f"levels.{k}.slot points outside of the {count} blocks")
-    structure = jax.tree.structure(jax.eval_shape(lambda: empty_map(layout)))
-    return layout, params, jax.tree.unflatten(structure, [jnp.asarray(arrays[name]) for name in expected])
+    state: FieldMap = jax.tree.unflatten(jax.tree.structure(empty), [jnp.asarray(arrays[name]) for name in expected])
+    fault = fault_of_map(layout, state)
+    if fault:
+        raise _damaged(path, fault)
+    return layout, params, state
 
 
-def _layout(values: dict[str, Any]) -> MapLayout:
-    """The layout of a header, whose tuples JSON has made lists."""
-    made: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
-    return MapLayout(**made)
+def _float(dtype: np.dtype) -> np.dtype:
+    """The type of a map's numbers: that of the file if it is one that numbers can have, else single precision."""
+    return dtype if dtype in (np.float32, np.float64) else np.dtype(np.float32)
 
 
 def _read(path: Path) -> tuple[Any, dict[str, np.ndarray]]:

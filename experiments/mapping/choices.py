@@ -5,12 +5,15 @@ import math
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
+import numpy as np
+
 from configs.map_config import MapConfig
 from experiments.errors import UsageError
 from experiments.field_docs import leaf_docs
 from experiments.inputs.frame import Intrinsics
 from experiments.inputs.open_input import open_input
 from experiments.inputs.source import InputSource
+from experiments.mapping.frame_check import check_near_origin
 from hrcjax.map import MapLayout, MapParams, StreamParams
 
 T = TypeVar("T", MapParams, StreamParams)
@@ -19,6 +22,14 @@ MOST_PLACES = 30_000_000
 """Places of blocks in a box; each costs 8 bytes, and a row of them every frame."""
 MOST_LAST = 64
 """Blocks of the coarsest level, which a query reads whole."""
+SPACINGS = (0.001, 1.0)
+"""Least and greatest edge of a voxel [m]."""
+PATIENCE = (1.0, 127.0)
+"""Frames that can be counted."""
+NEIGHBOURS = ("clear_distance", "new_distance")
+"""Distances that are measured to points of the 26 neighbouring voxels."""
+POSITIVE = ("ratio", "least_deviation", "memory", "far")
+"""Parameters that must not be 0."""
 FITTED = ("ratio", "noise")
 """Parameters that the weights of a map depend on."""
 OF_INPUT = (
@@ -56,8 +67,11 @@ def check(config: MapConfig) -> None:
     for name in ("lower", "slice_at"):
         if not all(math.isfinite(v) for v in getattr(config, name) or ()):
             raise UsageError(f"--{name.replace('_', '-')}: accepted are three finite numbers [m]")
-    if not (math.isfinite(config.spacing) and config.spacing > 0):
-        raise UsageError(f"--spacing {config.spacing:g}: accepted is a number above 0 [m]")
+    least, greatest = SPACINGS
+    if not least <= config.spacing <= greatest:
+        raise UsageError(f"--spacing {config.spacing:g}: accepted is a number from {least:g} to {greatest:g} [m]")
+    if config.lower is not None:
+        check_near_origin("--lower", np.asarray(config.lower), config.spacing)
 
 
 def recording(config: MapConfig) -> InputSource:
@@ -79,7 +93,8 @@ def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> t
         continued: the map has been fitted with them.
 
     Raises:
-        UsageError: an unknown name, no number, a number that is negative or, where it must not be, 0.
+        UsageError: an unknown name, no number, a number that is negative or, where it must not be, 0, a patience that
+            cannot be counted.
     """
     values: dict[str, float] = {}
     known = [field.name for kind in (params, StreamParams()) for field in dataclasses.fields(kind)]
@@ -95,8 +110,10 @@ def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> t
             raise UsageError(f"--param {text}: accepted is NAME=NUMBER") from None
         if not (math.isfinite(values[name]) and values[name] >= 0):
             raise UsageError(f"--param {text}: accepted is a finite number, not negative")
-        if values[name] == 0 and name in ("ratio", "least_deviation", "memory", "far"):
+        if values[name] == 0 and name in POSITIVE:
             raise UsageError(f"--param {text}: accepted is a number above 0")
+        if name == "patience" and not PATIENCE[0] <= values[name] <= PATIENCE[1]:
+            raise UsageError(f"--param {text}: accepted is a number from {PATIENCE[0]:g} to {PATIENCE[1]:g}")
         if continued and name in FITTED and values[name] != float(getattr(params, name)):
             raise UsageError(f"--param {text}: the map that is gone on from was fitted with {getattr(params, name):g}")
     return _with(params, values), _with(StreamParams(), values)
@@ -105,6 +122,36 @@ def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> t
 def _with(params: T, values: dict[str, float]) -> T:
     own = {field.name for field in dataclasses.fields(params)}
     return dataclasses.replace(params, **{name: value for name, value in values.items() if name in own})
+
+
+def beyond_neighbours(texts: Sequence[str], params: MapParams, spacing: float) -> str:
+    """Which of the given parameters reach farther than the points that are compared, in words; "": none.
+
+    Args:
+        texts: NAME=VALUE, as given.
+        spacing: edge of a voxel [m].
+    """
+    given = [name for name in NEIGHBOURS if any(text.partition("=")[0] == name for text in texts)]
+    far = [f"{name}={getattr(params, name):g}" for name in given if getattr(params, name) > 2 * spacing]
+    if not far:
+        return ""
+    return f"{', '.join(far)}: a point is compared with those of the 26 voxels about it, so surely up to {spacing:g} m (--spacing) alone"
+
+
+def check_slices(at: Sequence[float] | None, layout: MapLayout) -> None:
+    """Refuses slices through a point (3,) [m] that is farther outside the mapped box than the box is large.
+
+    Raises:
+        UsageError: such a point.
+    """
+    if at is None:
+        return
+    lower, size = np.asarray(layout.lower), layout.edge_of(0) * np.asarray(layout.shape)
+    low, high = lower - size, lower + 2 * size
+    if not ((np.asarray(at) >= low) & (np.asarray(at) <= high)).all():
+        least, greatest = (" ".join(f"{v:.2f}" for v in corner) for corner in (low, high))
+        place = " ".join(f"{v:g}" for v in at)
+        raise UsageError(f"--slice-at {place}: accepted is a point near the mapped box, from {least} to {greatest} [m]")
 
 
 def parameter_table() -> str:

@@ -14,9 +14,10 @@ from experiments.errors import UsageError, one_line
 from experiments.inputs.frame import InputFrame
 from experiments.inputs.source import InputSource
 from experiments.map_file import open_map
-from experiments.mapping.choices import check, choose_layout, choose_params, recording
+from experiments.mapping.choices import beyond_neighbours, check, check_slices, choose_layout, choose_params, recording
 from experiments.mapping.fit_box import fit_layout
 from experiments.mapping.frame_bar import FrameBar
+from experiments.mapping.frame_check import checked
 from experiments.mapping.interrupt import stop_on_interrupt
 from experiments.mapping.map_folder import check_folder, default_folder, prepare_folder
 from experiments.mapping.mapper import Mapper, Taken
@@ -114,15 +115,21 @@ def run(config: MapConfig) -> int:
         layout = None
     count = count_selected(source.length, config.start, config.every, config.frames)
 
+    spacing = config.spacing if layout is None else layout.spacing
+
     def frames() -> Iterator[InputFrame]:
-        return selected(source, config.start, config.every, config.frames)
+        return checked(selected(source, config.start, config.every, config.frames), spacing)
 
     _say(f"{source.kind} {source.path} -> {folder}")
+    note = beyond_neighbours(config.param, params, spacing)
+    if note:
+        _say(f"note: {note}")
     if layout is None and config.fit:
         layout = fit_layout(config, frames(), params, sensor_known(config, source), _say)
     if layout is None:
         head = next(frames(), None)
         layout = choose_layout(config, clouds=head is not None and head.cloud is not None)
+    check_slices(config.slice_at, layout)
     mapper = Mapper(layout, params, limits, state)
     done = Run(mapper, source, config)
     done.play(frames(), count)

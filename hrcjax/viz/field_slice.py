@@ -1,5 +1,6 @@
 """Slices of a distance field: colour, contour lines, arrows of the gradient, and the surface points in the slice."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -42,8 +43,8 @@ class FieldSlice(NamedTuple):
 
 
 def contour_levels(highest: float) -> Float[np.ndarray, "level"]:
-    """Round distances from one step up to `highest` [m]."""
-    step = next((s for s in STEPS if highest / s <= LINES), STEPS[-1])
+    """Round distances from one step up to `highest` [m], at most LINES."""
+    step = next((s for s in STEPS if highest / s <= LINES), None) or 10.0 ** math.ceil(math.log10(highest / LINES))
     return step * np.arange(1, max(int(highest / step + 1e-9), 1) + 1)
 
 

@@ -8,24 +8,33 @@ import numpy as np
 import pytest
 
 from experiments.errors import UsageError
-from experiments.map_file import HEADER, open_map, save_map
-from hrcjax.map import MapLayout, MapParams, empty_map
+from experiments.map_file import HEADER, _leaves, open_map, save_map
+from hrcjax.map import MapLayout, MapParams, View, empty_map, fuse
+from hrcjax.sense import d435i
 
 LAYOUT = MapLayout(lower=(-0.5, 0.25, 1.0), shape=(6, 5, 4), spacing=0.05, capacity=32, seen=32, born=16, refitted=8)
 PARAMS = MapParams(far=7.5, patience=3.0)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def state():
-    """Random numbers in every array, each within its meaning."""
-    random = np.random.default_rng(3)
+    """A board seen from above in two frames, the second one without a part of it."""
+    x, y = np.meshgrid(np.arange(-0.4, 0.4, 0.03), np.arange(0.3, 1.1, 0.03))
+    points = np.stack([x.ravel(), y.ravel(), 1.21 + 0.1 * x.ravel()], axis=1)
+    eye = jnp.asarray([0.0, 0.7, 2.2], jnp.float32)
+    camera = d435i(eye, jnp.asarray([0.0, 0.71, 1.2], jnp.float32), 8)
+    count = len(points)
 
-    def fill(leaf):
-        if leaf.dtype.kind == "f":
-            return jnp.asarray(random.normal(size=leaf.shape), leaf.dtype)
-        return jnp.asarray(random.integers(0, 2, leaf.shape), leaf.dtype)
+    @jax.jit
+    def step(state, mask):
+        variance = jnp.full(count, 1e-6, jnp.float32)
+        view = View(jnp.asarray(points, jnp.float32), mask, variance, jnp.zeros((15, 20), jnp.float32))
+        return fuse(LAYOUT, PARAMS, state, camera, view)[0]
 
-    return jax.tree.map(fill, empty_map(LAYOUT))
+    state = empty_map(LAYOUT)
+    for mask in (points[:, 0] < 0.2, points[:, 0] > -0.3):
+        state = step(state, jnp.asarray(mask))
+    return state
 
 
 def test_what_is_opened_is_what_was_saved(tmp_path, state) -> None:
@@ -89,6 +98,7 @@ def test_another_version_is_refused(tmp_path, state) -> None:
         ({"label": np.zeros((32, 64), np.int32)}, "label is int32"),
         ({"drift": np.full(32, np.nan, np.float32)}, "drift is not finite"),
         ({"levels__0__slot": np.full((14, 13, 12), 33, np.int32)}, "outside of the 32 blocks"),
+        ({"levels__0__rows": np.zeros((32, 4, 64), np.int32)}, "rows is int32"),
     ],
 )
 def test_arrays_that_are_no_map_are_refused(tmp_path, state, change, said) -> None:
@@ -98,12 +108,101 @@ def test_arrays_that_are_no_map_are_refused(tmp_path, state, change, said) -> No
     assert said in _refusal(path)
 
 
-def test_headers_that_make_no_layout_are_refused(tmp_path, state) -> None:
+def _first(level) -> tuple[int, tuple[int, ...]]:
+    """A slot of a level that holds points, and its place."""
+    used = int(np.flatnonzero((np.asarray(level.rows)[:, 3] > 0).any(axis=1))[1])
+    return used, tuple(int(v) for v in np.asarray(level.place)[used])
+
+
+def _put(name: str, at, value):
+    """(arrays) -> the array with a value in one place."""
+
+    def change(state, level):
+        used, place = _first(level)
+        array = np.array(_leaves(state)[name])
+        array[at(used, place) if callable(at) else at] = value(used) if callable(value) else value
+        return array
+
+    return name, change
+
+
+DAMAGES = {
+    "a slot that is another's": (*_put("levels.0.slot", lambda s, p: p, lambda s: s - 1), "name each other"),
+    "a block nowhere": (*_put("levels.0.slot", lambda s, p: p, 32), "name each other"),
+    "a slot of a free place": (*_put("levels.1.slot", (0, 0, 0), 0), "name each other"),
+    "a place outside": (*_put("levels.0.place", lambda s, p: (s, 0), 3), "outside of the box"),
+    "a place far outside": (*_put("levels.0.place", lambda s, p: s, 999), "outside of the box"),
+    "a negative place": (*_put("levels.0.place", lambda s, p: (s, 2), -5), "outside of the box"),
+    "a negative weight": (*_put("levels.0.rows", lambda s, p: (s, 3, 0), -0.1), "negative weight"),
+    "a weight of nothing": (*_put("levels.1.rows", lambda s, p: (s, 3, 0), np.nan), "not finite"),
+    "a coordinate of nothing": (*_put("levels.0.rows", lambda s, p: (s, 1, 0), np.inf), "not finite"),
+    "points in a free slot": (*_put("levels.0.rows", (31, 3, 0), 0.2), "free slot"),
+    "another box": (*_put("levels.0.box", lambda s, p: p, 0), "box is not the one"),
+    "no box": (*_put("levels.0.box", lambda s, p: p, -1), "which blocks hold points"),
+    "a box of no block": (*_put("levels.1.box", (0, 0, 0), 5), "which blocks hold points"),
+    "a turn too far": (*_put("turn", 1, 99), "turn holds 99"),
+    "a turn before the first": (*_put("turn", 0, -1), "turn holds -1"),
+    "a label of nothing": (*_put("label", (0, 0), 4), "label holds 4"),
+    "a negative count": (*_put("missed", (0, 0), -1), "missed holds -1"),
+    "a negative extent": (*_put("extent.0", (0, 0), -0.5), "extent.0 holds -0.5"),
+    "negative information": (*_put("information", (0, 0), -1.0), "information holds -1"),
+}
+
+
+@pytest.mark.parametrize(("name", "change", "said"), DAMAGES.values(), ids=DAMAGES.keys())
+def test_a_map_whose_arrays_do_not_belong_together_is_refused(tmp_path, state, name, change, said) -> None:
     path = tmp_path / "map.npz"
-    for part in ({"layout": {"levels": 1}}, {"layout": {"size": 1}}, {"params": {"far": "x"}}, {"params": 3}):
-        save_map(path, LAYOUT, PARAMS, state)
-        _change(path, header=np.array(json.dumps({**_header(path), **part})))
-        assert "damaged" in _refusal(path)
+    save_map(path, LAYOUT, PARAMS, state)
+    level = state.levels[int(name[7])] if name.startswith("levels") else state.levels[0]
+    _change(path, **{name: change(state, level)})
+    assert said in _refusal(path)
+
+
+def _header_with(path, part: str, **values) -> None:
+    header = _header(path)
+    target = header[part] if part else header
+    for key, value in values.items():
+        if value is None:
+            del target[key]
+        else:
+            target[key] = value
+    _change(path, header=np.array(json.dumps(header)))
+
+
+@pytest.mark.parametrize(
+    ("part", "values", "said"),
+    [
+        ("", {"layout": 3}, "layout is missing"),
+        ("", {"params": None}, "params is missing"),
+        ("", {"more": 1}, "more is not known"),
+        ("layout", {"size": 1}, "size is not known"),
+        ("layout", {"born": None}, "born is missing"),
+        ("layout", {"levels": 1}, "at least 2 levels"),
+        ("layout", {"levels": 2.5}, "layout.levels 2.5 is no finite whole number"),
+        ("layout", {"levels": 2}, "extent.1 is not known"),
+        ("layout", {"shape": [6, 5]}, "not three numbers"),
+        ("layout", {"shape": [6, 5, -4]}, "sizes of at least 1"),
+        ("layout", {"lower": [0, 0, float("nan")]}, "layout.lower nan"),
+        ("layout", {"lower": [0, 0, "0"]}, "layout.lower '0'"),
+        ("layout", {"lower": [-0.45, 0.25, 1.0]}, "box is not the one"),
+        ("layout", {"spacing": 0}, "spacing 0 is not above 0"),
+        ("layout", {"spacing": float("inf")}, "layout.spacing inf"),
+        ("layout", {"capacity": 10**9}, "more than the box has places"),
+        ("layout", {"seen": True}, "layout.seen True"),
+        ("params", {"far": "x"}, "params.far 'x'"),
+        ("params", {"far": float("nan")}, "params.far nan"),
+        ("params", {"ratio": 0}, "params.ratio 0 is out of range"),
+        ("params", {"noise": -1}, "params.noise -1 is out of range"),
+        ("params", {"speed": 1}, "speed is not known"),
+        ("params", {"drift": None}, "drift is missing"),
+    ],
+)
+def test_headers_that_make_no_map_are_refused(tmp_path, state, part, values, said) -> None:
+    path = tmp_path / "map.npz"
+    save_map(path, LAYOUT, PARAMS, state)
+    _header_with(path, part, **values)
+    message = _refusal(path)
+    assert said in message and "damaged" in message
 
 
 def test_a_file_with_a_hole_is_refused(tmp_path, state) -> None:

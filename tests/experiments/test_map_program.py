@@ -19,7 +19,8 @@ from experiments.inputs.source import InputSource
 from experiments.map import main
 from experiments.map_file import open_map
 from experiments.mapping import run_map
-from experiments.mapping.choices import choose_layout, levels_for
+from experiments.mapping.choices import beyond_neighbours, choose_layout, choose_params, levels_for
+from experiments.mapping.frame_check import farthest_coordinate
 from experiments.mapping.labelled_points import labelled_points
 from experiments.mapping.mapper import Mapper
 from experiments.mapping.notices import EACH, MOST, Notices
@@ -350,6 +351,12 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
         (("--input", ".", "--param", "far=x"), "NAME=NUMBER"),
         (("--input", ".", "--param", "far=-1"), "not negative"),
         (("--input", ".", "--spacing", "0"), "--spacing 0"),
+        (("--input", ".", "--spacing", "nan"), "--spacing nan"),
+        (("--input", ".", "--spacing", "2"), "from 0.001 to 1"),
+        (("--input", ".", "--param", "patience=0"), "from 1 to 127"),
+        (("--input", ".", "--param", "patience=200"), "from 1 to 127"),
+        (("--input", ".", "--lower", "500000", "5000000", "0"), "subtract an offset"),
+        (("--input", ".", "--slice-at", "1e5", "0", "0"), "--slice-at 100000 0 0: accepted is a point near"),
         (("--input", ".", "--shape", "4000", "4000", "4000"), "raise --spacing"),
         (("--input", ".", "--shape", "0", "1", "1"), "at least 1"),
         (("--input", ".", "--continue-from", "a", "--fit"), "leave it out"),
@@ -364,6 +371,39 @@ def test_wrong_options_are_told_in_one_line(options, said, tmp_path, monkeypatch
     assert main(list(options)) == 2
     err = capsys.readouterr().err
     assert said in err and err.count("\n") <= 2 and "Traceback" not in err and not any(tmp_path.iterdir())
+
+
+def test_places_that_single_precision_does_not_tell_apart_are_refused(images, tmp_path, run, played) -> None:
+    wall = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [1.5]), axis=-1).reshape(-1, 3)
+    utm = np.array([5e5, 5e6, 0.0])
+    np.savez(tmp_path / "points.npz", points=wall + utm)
+    np.savez(tmp_path / "pose.npz", points=wall, position=utm)
+    for name in ("points", "pose"):
+        for layout in (SMALL, ("--fit",)):
+            status, _, err = run("--input", tmp_path / f"{name}.npz", layout=layout)
+            assert status == 2 and "5000000 m" in err.replace("5000001", "5000000") and "subtract an offset" in err
+            assert err.count("\n") == 2 and not (tmp_path / "out").exists()
+    played(lambda skip: (replace(frame_of(images, k), position=utm) for k in range(2)), 2)
+    status, _, err = run("--input", tmp_path)
+    assert status == 2 and "its sensor" in err and err.count("\n") == 2
+    for spacing in (0.025, 0.05):
+        limit = np.float32(farthest_coordinate(spacing))
+        assert np.spacing(np.nextafter(limit, np.float32(0))) <= spacing / 20 < np.spacing(limit)
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (3, 640), (640, 3)])
+def test_images_smaller_than_a_tile_are_refused(shape, tmp_path, run) -> None:
+    np.savez(tmp_path / "tiny.npz", depth=np.ones(shape, np.float32), intrinsics=np.array([300.0, 300.0, 1.0, 1.0]))
+    status, _, err = run("--input", tmp_path / "tiny.npz")
+    assert status == 2 and f"{shape[1]} x {shape[0]} pixels; accepted are 4 x 4" in err and err.count("\n") == 2
+
+
+def test_distances_beyond_the_neighbouring_voxels_are_named() -> None:
+    texts = ["clear_distance=0.2", "new_distance=0.1", "far=6"]
+    params, _ = choose_params(texts, MapParams(), continued=False)
+    assert beyond_neighbours(texts, params, 0.05).startswith("clear_distance=0.2: ")
+    assert "clear_distance=0.2, new_distance=0.1" in beyond_neighbours(texts, params, 0.025)
+    assert beyond_neighbours([], MapParams(), 0.01) == ""
 
 
 def test_levels_follow_the_size_of_the_box() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.quiver import Quiver
 
-from hrcjax.viz.field_slice import FieldSlice, contour_levels, field_slices
+from hrcjax.viz.field_slice import LINES, FieldSlice, contour_levels, field_slices
 
 
 def slice_of(across: int, at: float, right: int, up: int) -> FieldSlice:
@@ -59,6 +59,9 @@ def test_contour_lines_are_round_and_few() -> None:
     np.testing.assert_allclose(contour_levels(0.21), 0.02 * np.arange(1, 11))
     np.testing.assert_allclose(contour_levels(2.1), 0.2 * np.arange(1, 11))
     assert len(contour_levels(0.001)) == 1 and len(contour_levels(50.0)) == 10
+    for highest in (61.0, 777.0, 1e5, 3e30):
+        levels = contour_levels(highest)
+        assert 1 <= len(levels) <= LINES and levels[-1] <= highest * (1 + 1e-6)
 
 
 def test_a_field_that_is_nowhere_known_is_drawn(slices) -> None:

@@ -1,0 +1,74 @@
+"""Whether the arrays of a map belong together, as the map itself would have made them."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.map import LABELS, FieldMap, MapLayout
+from hrcjax.map.blocks import bounding_boxes
+from hrcjax.map.layout import REACH
+from hrcjax.map.level import GRAIN, NO_BOX, Level
+
+FRAMES = 1 << 16
+"""Frames are counted modulo this."""
+ROUNDING = 1
+"""A compiled program may put the side of a box this many parts of a block beside another one's."""
+
+
+def fault_of_map(layout: MapLayout, state: FieldMap) -> str:
+    """What does not belong together in a map whose arrays have the right shapes and finite numbers; "": nothing.
+
+    Args:
+        state: with arrays of NumPy or JAX.
+    """
+    for k, level in enumerate(state.levels):
+        fault = fault_of_level(layout, k, level)
+        if fault:
+            return f"levels.{k}.{fault}"
+    capacities = np.array([layout.capacity_of(k) for k in range(layout.levels)])
+    ranges = {
+        "turn": (state.turn, capacities),
+        "label": (state.label, len(LABELS)),
+        "missed": (state.missed, np.inf),
+        "unmet": (state.unmet, np.inf),
+        "information": (state.information, np.inf),
+        "drift": (state.drift, np.inf),
+        "frames": (state.frames, FRAMES),
+        **{f"extent.{k}": (extent, np.inf) for k, extent in enumerate(state.extent)},
+    }
+    for name, (values, end) in ranges.items():
+        array = np.asarray(values)
+        if ((array < 0) | (array >= end)).any():
+            return f"{name} holds {array[(array < 0) | (array >= end)].flat[0]:g}, out of range"
+    return ""
+
+
+def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
+    """What does not belong together in one level, begun with the array's name; "": nothing."""
+    slot, box, place, rows = (np.asarray(a) for a in (blocks.slot, blocks.box, blocks.place, blocks.rows))
+    capacity = len(place)
+    if slot.min() < 0 or slot.max() > capacity:
+        return f"slot points outside of the {capacity} blocks"
+    used = np.flatnonzero((place != 0).any(axis=1))
+    own = place[used]
+    if ((own < REACH) | (own >= REACH + np.asarray(layout.shape_of(level)))).any():
+        return "place lies outside of the box"
+    at = tuple(own.T)
+    if (slot[at] != used).any() or np.sum(slot < capacity) != len(used):
+        return "slot and place do not name each other"
+    if (rows[:, 3] < 0).any():
+        return "rows holds a negative weight"
+    free = np.ones(capacity, bool)
+    free[used] = False
+    if (rows[free, 3] > 0).any():
+        return "rows holds points in a free slot"
+    expected = np.asarray(bounding_boxes(layout, level, jnp.asarray(own), jnp.asarray(rows[used])))
+    if ((box[at] == NO_BOX) != (expected == NO_BOX)).any() or np.sum(box != NO_BOX) != np.sum(expected != NO_BOX):
+        return "box and rows do not agree on which blocks hold points"
+    if (np.abs(_sides(box[at]) - _sides(expected)) > ROUNDING).any() or ((box < NO_BOX) | (box >= 1 << 30)).any():
+        return "box is not the one about the points"
+    return ""
+
+
+def _sides(box: np.ndarray) -> np.ndarray:
+    """The six sides of packed boxes (block, 6), in parts of a block."""
+    return (box[:, None] >> np.arange(0, 30, 5)) & (GRAIN - 1)
