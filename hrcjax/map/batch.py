@@ -43,13 +43,18 @@ def morton_code(cell: Int[Array, "*n 3"]) -> Int[Array, "*n"]:
 
 
 def group_readings(
-    rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Float[Array, "query 3"], correct: bool
+    rows: Float[Array, "block 4 voxel"],
+    length_scale: Scalar,
+    x: Float[Array, "query 3"],
+    middle: Float[Array, "3"],
+    correct: bool,
 ) -> tuple[Readings, Float[Array, ""]]:
     """Distances [m] and gradients [1] of neighbouring queries by one set of points.
 
     Squares of distances are a matrix product, about the middle of the queries so that no digits are lost.
 
     Args:
+        middle: a place among points and queries, a constant to derivatives [m].
         correct: for curvature.
 
     Returns:
@@ -57,8 +62,6 @@ def group_readings(
     """
     scale = jnp.asarray(length_scale, x.dtype)
     precision = 0.5 / scale**2
-    known = jnp.where(jnp.isfinite(x), x, 0.0)  # one query that is not a number must not spoil the others
-    middle = jax.lax.stop_gradient(jnp.mean(known, axis=0))
     weight = rows[:, 3].reshape(-1)
     there = weight > 0
     some = jnp.any(there)
@@ -98,27 +101,35 @@ def group_readings(
     return (d, g), jnp.where(some, reach, jnp.inf)
 
 
+def middle_within(layout: MapLayout, x: Float[Array, "query 3"]) -> Float[Array, "3"]:
+    """Middle of the queries as far as they are in the mapped box, of the others' nearest places in it [m]: a query far away
+    must not take the digits of those at the border with which it shares a group. A constant to derivatives."""
+    lower = jnp.asarray(layout.lower, x.dtype)
+    upper = lower + layout.edge_of(0) * jnp.asarray(layout.shape, x.dtype)
+    return jax.lax.stop_gradient(jnp.mean(jnp.clip(x, lower, upper), axis=0))
+
+
 def _by_group(
     layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], correct: bool
 ) -> Readings:
     """Readings of one level at the queries of a group."""
     scale = layout.scale_of(level, ratio)
     low, high = jnp.min(x, axis=0), jnp.max(x, axis=0)
-    # queries outside of the map share a group with those at its border, however far they are: digits would be lost
-    near = jnp.all(high - low < SPAN * layout.edge_of(level))
+    wide = jnp.any(padded_place(layout, level, high) - padded_place(layout, level, low) >= SPAN)
+    within = jnp.all(jnp.isfinite(x)) & ~wide
+    middle = middle_within(layout, x)
     if level == layout.levels - 1:
         return jax.lax.cond(
-            near,
-            lambda: group_readings(blocks.rows, scale, x, correct)[0],
+            within,
+            lambda: group_readings(blocks.rows, scale, x, middle, correct)[0],
             lambda: _one_by_one(layout, level, blocks, ratio, x, correct),
         )
     slots, left_out = nearest_blocks(layout, level, blocks, low, high, GROUP_BLOCKS, SPAN)
-    readings, reach = group_readings(block_rows(blocks, slots), scale, x, correct)
-    wide = padded_place(layout, level, high) - padded_place(layout, level, low) >= SPAN
+    readings, reach = group_readings(block_rows(blocks, slots), scale, x, middle, correct)
     # what is farther than the level answers need not be known
     most = (level_range(layout, level)[1] + 4.0 * scale) ** 2
     needed = jnp.minimum(reach + TAIL * jnp.asarray(scale, x.dtype) ** 2, most)
-    whole = (left_out > needed) & near & ~jnp.any(wide) & jnp.all(jnp.isfinite(x))
+    whole = (left_out > needed) & within
     return jax.lax.cond(whole, lambda: readings, lambda: _one_by_one(layout, level, blocks, ratio, x, correct))
 
 
@@ -156,12 +167,22 @@ def map_distances_and_gradients(
 ) -> Readings:
     """Distances to the mapped surfaces [m] and their gradients [1] at any number of queries.
 
-    Under `vmap` nothing is skipped: call it with all queries instead. No reverse derivatives.
+    Under `vmap` nothing is skipped: call it with all queries instead. No reverse derivatives. NaN at a query that is not
+    finite.
 
     Args:
         ratio: length scale over spacing [1].
         correct: False: of `map_distance_and_gradient`; True: of `map_distance`, with what curvature adds taken off.
     """
+    finite = jnp.all(jnp.isfinite(x), axis=1)
+    d, g = _readings(layout, levels, ratio, x, correct)
+    return jnp.where(finite, d, jnp.nan), jnp.where(finite[:, None], g, jnp.nan)
+
+
+def _readings(
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Float[Array, "query 3"], correct: bool
+) -> Readings:
+    """Distances [m] and gradients [1], in groups if there are enough queries for one."""
     count = x.shape[0]
     if count < GROUP:
         return _through_levels(
