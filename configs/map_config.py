@@ -63,6 +63,12 @@ class MapConfig:
     """The frame whose pose --pose-topic tells. Bags."""
     see_through: Literal["auto", "always", "never"] = "auto"
     """Whether clouds make free what their rays pass; auto: not those of PLY or NPZ files whose sensor stands at the origin unturned."""
+    crop: tuple[float, float, float, float, float, float] | None = None
+    """Least and greatest corner of what belongs into the map, x y z x y z [m]; what is measured outside is not taken in."""
+    joints: Path | None = None
+    """Joints of a robot whose base stands at the world's origin: an NPZ file with stamp (n) [s] and q (n, 6) [rad]; the robot is taken out of the frames."""
+    arm: str = "ur5"
+    """Which robot these joints are of: ur5 or ur5e."""
     slice_at: tuple[float, float, float] | None = None
     """Point through which the slices go [m]; the middle of the points if not given."""
     bound: bool = False

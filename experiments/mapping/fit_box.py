@@ -8,6 +8,7 @@ from configs.map_config import MapConfig
 from experiments.errors import UsageError
 from experiments.inputs.frame import InputFrame
 from experiments.mapping.choices import choose_layout
+from experiments.mapping.left_out import Box
 from experiments.mapping.numbers import numbers_of
 from hrcjax.map import MapLayout, MapParams
 from hrcjax.map.layout import EDGE
@@ -51,12 +52,14 @@ def fit_layout(
     params: MapParams,
     known: Callable[[InputFrame], bool],
     say: Callable[[str], None],
+    box: Box | None = None,
 ) -> MapLayout:
     """A layout about the points of the frames, with places for their blocks.
 
     Args:
         known: whether the place of a cloud's sensor is known.
         say: takes a line that tells what was chosen.
+        box: points outside do not count.
 
     Raises:
         UsageError: no frame has a point that counts, or the box is too large.
@@ -74,6 +77,9 @@ def fit_layout(
             every, looked = 2 * every, LOOKS // 2
         clouds = clouds or frame.cloud is not None
         points = points_in_world(frame, limits, known(frame))
+        if box is not None:
+            inside = (points >= np.asarray(box.lower)) & (points <= np.asarray(box.upper))
+            points = points[inside.all(axis=1)]
         if len(points):
             ends.append(points[:: max(1, len(points) // 20_000)])
             blocks.append(np.unique(np.floor(points / edge).astype(np.int64), axis=0))
@@ -81,7 +87,7 @@ def fit_layout(
         near, far = limits["near"], limits["far"]
         raise UsageError(
             f"{config.input}: no point between {near:g} and {far:g} m of the sensor to fit "
-            "the box to; set other limits with --param near=... far=..., or give --lower and --shape"
+            f"the box to{' within --crop' if box is not None else ''}; set other limits with --param near=... far=..., or give --lower and --shape"
         )
     low, high = (np.quantile(np.concatenate(ends), q, axis=0) for q in (OUTLIERS, 1 - OUTLIERS))
     first, last = np.floor(low / edge).astype(int) - 1, np.floor(high / edge).astype(int) + 1

@@ -12,6 +12,7 @@ import numpy as np
 
 from experiments.inputs.frame import InputFrame
 from experiments.mapping.clouds import Look, gap_of, look_from_afar, looks_at, places_for
+from experiments.mapping.left_out import LeftOut
 from experiments.mapping.programs import Programs
 from hrcjax.map import (
     FieldMap,
@@ -59,10 +60,16 @@ class Mapper:
     """Takes frames into a map. One stream for each camera; all of them see the same map."""
 
     def __init__(
-        self, layout: MapLayout, params: MapParams, limits: StreamParams, state: FieldMap | None = None
+        self,
+        layout: MapLayout,
+        params: MapParams,
+        limits: StreamParams,
+        state: FieldMap | None = None,
+        left_out: LeftOut | None = None,
     ) -> None:
         self.layout = layout
-        self.programs = Programs(layout)
+        self.left_out = left_out or LeftOut()
+        self.programs = Programs(layout, self.left_out)
         self.params = jax.tree.map(_single, params)
         self.limits = jax.tree.map(_single, limits)
         self.state = empty_map(layout) if state is None else state
@@ -104,9 +111,10 @@ class Mapper:
         fx, fy, cx, cy = (_single(v) for v in (i.fx, i.fy, i.cx, i.cy))
         camera = Camera(rotation, position, fx, fy, cx, cy, i.width, i.height)
         depth, before = jnp.asarray(frame.depth, jnp.float32), self._stream(frame.camera)
+        q = self.left_out.q_at(frame.stamp)
 
         def look(depth: jax.Array) -> Any:
-            return self.programs.image(self.state, before, self.params, self.limits, _single(stamp), camera, depth)
+            return self.programs.image(self.state, before, self.params, self.limits, _single(stamp), camera, depth, q)
 
         self.state, stream, report, reasons, tiles, beyond = look(depth)
         self.streams[frame.camera] = stream
@@ -120,7 +128,8 @@ class Mapper:
         rotation, position = jnp.asarray(frame.rotation, jnp.float32), jnp.asarray(frame.position, jnp.float32)
         one = _single(1.0)
         pose = Camera(rotation, position, one, one, one, one, 1, 1)
-        stream, why = self.programs.admit_cloud(self._stream(frame.camera), self.limits, _single(stamp), pose)
+        q = self.left_out.q_at(frame.stamp)
+        stream, why = self.programs.admit_cloud(self._stream(frame.camera), self.limits, _single(stamp), pose, q)
         self.streams[frame.camera] = stream
         if int(why):
             return int(why), len(frame.cloud), 0, dict.fromkeys(COUNTS, 0)
@@ -140,7 +149,7 @@ class Mapper:
             pose = jnp.asarray(look.rotation, jnp.float32), jnp.asarray(look.position, jnp.float32)
             cloud = jnp.asarray(look.cloud), jnp.asarray(mask)
             free = jnp.asarray(through and known)
-            return self.programs.cloud(self.state, params, *pose, *cloud, _single(gap), free, look.tiles)
+            return self.programs.cloud(self.state, params, *pose, *cloud, _single(gap), free, look.tiles, q)
 
         for look in looks:
             self.state, report, some, ignored = see(look, look.mask)

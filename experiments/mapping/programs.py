@@ -7,6 +7,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from experiments.mapping.left_out import LeftOut
+from hrcjax.geom.capsules import Capsules
 from hrcjax.map import (
     FieldMap,
     FrameReport,
@@ -21,15 +23,17 @@ from hrcjax.map import (
     surface_view,
     view_from_cloud,
 )
+from hrcjax.map.clean import within_box, without_body
+from hrcjax.robot import arm_capsules
 from hrcjax.sense import Camera
-from hrcjax.typing import Array, Bool, Float, Int
+from hrcjax.typing import Array, Bool, Float, Int, Joints
 
 
 class Programs:
     """Functions of arrays alone, compiled when they are first asked for."""
 
-    def __init__(self, layout: MapLayout) -> None:
-        self.layout = layout
+    def __init__(self, layout: MapLayout, left_out: LeftOut | None = None) -> None:
+        self.layout, self.left_out = layout, left_out or LeftOut()
         self.compiled: dict[Hashable, Any] = {}
         self.seconds = 0.0
         """Time spent on compiling [s]."""
@@ -56,34 +60,60 @@ class Programs:
         stamp: Float[Array, ""],
         camera: Camera,
         depth: Float[Array, "height width"],
+        q: Joints | None = None,
     ) -> tuple[FieldMap, StreamState, FrameReport, Int[Array, ""], Int[Array, ""], Int[Array, ""]]:
         """A depth image into the map.
+
+        Args:
+            q: joints of the robot [rad]; None: it is not in the picture.
 
         Returns:
             map, stream, report, reasons of a refusal, tiles with a surface, and of them those too near or too far.
         """
 
         def image(
-            state: FieldMap, stream: StreamState, params: MapParams, limits: StreamParams, stamp: Array, camera: Camera, depth: Array
+            state: FieldMap, stream: StreamState, params: MapParams, limits: StreamParams, stamp: Array, camera: Camera, depth: Array, q: Joints | None
         ) -> Any:  # fmt: skip
-            view = surface_view(params, camera, depth)
-            stream, view, reasons = admit(limits, stream, stamp, camera, view)
-            state, report = fuse(self.layout, params, state, camera, jax.lax.optimization_barrier(view))
+            view, body = surface_view(params, camera, depth), self._body(q)
+            stream, view, reasons = admit(limits, stream, stamp, camera, view, body)
+            if body is not None:  # a frame that is not believed takes nothing away either
+                body = Capsules(body.a, body.b, jnp.where(reasons == 0, body.radius, -1.0))
+            view = self._cleaned(view, camera, body)
+            state, report = fuse(self.layout, params, state, camera, jax.lax.optimization_barrier(view), body)
             return state, stream, report, reasons, *_tiles(params, camera, view)
 
-        return self.run(("image", depth.shape), image, state, stream, params, limits, stamp, camera, depth, donate=(0,))
+        return self.run(
+            ("image", depth.shape), image, state, stream, params, limits, stamp, camera, depth, q, donate=(0,)
+        )
+
+    def _body(self, q: Joints | None) -> Capsules | None:
+        """The robot in the world; None: it is not in the picture."""
+        return None if q is None or self.left_out.arm is None else arm_capsules(self.left_out.arm, q)
+
+    def _cleaned(self, view: View, camera: Camera, body: Capsules | None) -> View:
+        """The view without what does not belong into the map."""
+        if self.left_out.box is not None:
+            view = within_box(view, *self.left_out.box)
+        return view if body is None else without_body(view, camera, body)
 
     def admit_cloud(
-        self, stream: StreamState, limits: StreamParams, stamp: Float[Array, ""], camera: Camera
+        self,
+        stream: StreamState,
+        limits: StreamParams,
+        stamp: Float[Array, ""],
+        camera: Camera,
+        q: Joints | None = None,
     ) -> tuple[StreamState, Int[Array, ""]]:
-        """Stamp and pose of a cloud that has points: the stream, and reasons of a refusal."""
+        """Stamp, pose and robot of a cloud that has points: the stream, and reasons of a refusal."""
 
-        def admit_cloud(stream: StreamState, limits: StreamParams, stamp: Array, camera: Camera) -> Any:
+        def admit_cloud(
+            stream: StreamState, limits: StreamParams, stamp: Array, camera: Camera, q: Joints | None
+        ) -> Any:
             view = View(jnp.zeros((1, 3), stamp.dtype), jnp.ones(1, bool), jnp.zeros(1, stamp.dtype), jnp.zeros((1, 1), stamp.dtype))  # fmt: skip
-            stream, _, reasons = admit(limits, stream, stamp, camera, view)
+            stream, _, reasons = admit(limits, stream, stamp, camera, view, self._body(q))
             return stream, reasons
 
-        return self.run(("admit", camera.width), admit_cloud, stream, limits, stamp, camera)
+        return self.run(("admit", camera.width), admit_cloud, stream, limits, stamp, camera, q)
 
     def cloud(
         self,
@@ -96,6 +126,7 @@ class Programs:
         gap: Float[Array, ""],
         through: Bool[Array, ""],
         tiles: int,
+        q: Joints | None = None,
     ) -> tuple[FieldMap, FrameReport, Int[Array, ""], Int[Array, ""]]:
         """One look at a cloud into the map.
 
@@ -105,22 +136,24 @@ class Programs:
             gap: between points of one surface [m].
             through: False: nothing is seen through.
             tiles: along each edge of its image.
+            q: joints of the robot [rad]; None: it is not in the picture.
 
         Returns:
             map, report, points in the image, and of them those too near or too far.
         """
 
         def look(
-            state: FieldMap, params: MapParams, rotation: Array, position: Array, cloud: Array, mask: Array, gap: Array, through: Array
+            state: FieldMap, params: MapParams, rotation: Array, position: Array, cloud: Array, mask: Array, gap: Array, through: Array, q: Joints | None
         ) -> Any:  # fmt: skip
-            camera = cloud_camera(rotation, position, tiles)
+            camera, body = cloud_camera(rotation, position, tiles), self._body(q)
             view = view_from_cloud(camera, cloud, mask, params.pixel_noise, gap)
             view = View(view.points, view.mask, view.variance, jnp.where(through, view.depth, 0.0))
-            state, report = fuse(self.layout, params, state, camera, view)
+            view = self._cleaned(view, camera, body)
+            state, report = fuse(self.layout, params, state, camera, view, body)
             return state, report, *_tiles(params, camera, view)
 
         return self.run(
-            ("cloud", cloud.shape, tiles), look, state, params, rotation, position, cloud, mask, gap, through, donate=(0,)
+            ("cloud", cloud.shape, tiles), look, state, params, rotation, position, cloud, mask, gap, through, q, donate=(0,)
         )  # fmt: skip
 
 

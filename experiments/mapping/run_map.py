@@ -12,6 +12,7 @@ import numpy as np
 from configs.map_config import MapConfig
 from experiments.errors import UsageError, one_line
 from experiments.inputs.frame import InputFrame
+from experiments.inputs.joints import with_joints
 from experiments.inputs.source import InputSource
 from experiments.map_file import open_map
 from experiments.mapping.choices import beyond_neighbours, check, check_slices, choose_layout, choose_params, recording
@@ -19,6 +20,7 @@ from experiments.mapping.fit_box import fit_layout
 from experiments.mapping.frame_bar import FrameBar
 from experiments.mapping.frame_check import checked
 from experiments.mapping.interrupt import stop_on_interrupt
+from experiments.mapping.left_out import check_overlap, left_out_of
 from experiments.mapping.map_folder import check_folder, default_folder, prepare_folder
 from experiments.mapping.mapper import Mapper, Taken
 from experiments.mapping.notices import Notices
@@ -104,7 +106,10 @@ def run(config: MapConfig) -> int:
     check(config)
     assert config.input is not None
     folder = config.output or default_folder(config.input)
+    left_out = left_out_of(config)
     source = recording(config)
+    if left_out.joints is not None:
+        source = with_joints(source, left_out.joints)
     check_folder(folder, config.overwrite)
     state = None
     if config.continue_from is not None:
@@ -125,12 +130,13 @@ def run(config: MapConfig) -> int:
     if note:
         _say(f"note: {note}")
     if layout is None and config.fit:
-        layout = fit_layout(config, frames(), params, sensor_known(config, source), _say)
+        layout = fit_layout(config, frames(), params, sensor_known(config, source), _say, left_out.box)
     if layout is None:
         head = next(frames(), None)
         layout = choose_layout(config, clouds=head is not None and head.cloud is not None)
     check_slices(config.slice_at, layout)
-    mapper = Mapper(layout, params, limits, state)
+    check_overlap(left_out.box, layout)
+    mapper = Mapper(layout, params, limits, state, left_out)
     done = Run(mapper, source, config)
     done.play(frames(), count)
     if not done.frames and done.broken is not None:
