@@ -34,6 +34,9 @@ Examples:
   Point clouds taken by a sensor that stood 1.2 m over the origin:
     python -m experiments.map --input path/to/plys --fit --origin 0 0 1.2
 
+  A UR5 that works in the picture, and nothing but its table:
+    python -m experiments.map --input run.npz --joints joints.npz --crop -0.8 -0.8 -0.1 0.8 0.8 1.0
+
   Go on from a map:
     python -m experiments.map --input path/to/more --continue-from runs/map-recording/map.npz
 

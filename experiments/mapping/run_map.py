@@ -144,7 +144,11 @@ def run(config: MapConfig) -> int:
     if not done.frames:
         raise UsageError(f"{config.input}: no frame was taken; {'stopped before the first one' if done.interrupted else 'choose others by --start, --every, --frames'}")  # fmt: skip
     mapper.settle()
-    about = {"input": str(config.input), "kind": source.kind, "interrupted": done.interrupted}
+    about: dict[str, Any] = {"input": str(config.input), "kind": source.kind, "interrupted": done.interrupted}
+    if config.crop is not None:
+        about["crop"] = list(config.crop)
+    if config.joints is not None:
+        about |= {"joints": str(config.joints), "arm": config.arm}
     if config.continue_from is not None:
         about["continued_from"] = str(config.continue_from)
     found = statistics(
