@@ -11,6 +11,7 @@ from experiments.mapping.left_out import LeftOut
 from hrcjax.geom.capsules import Capsules
 from hrcjax.map import (
     FieldMap,
+    FrameParams,
     FrameReport,
     MapLayout,
     MapParams,
@@ -18,9 +19,9 @@ from hrcjax.map import (
     StreamState,
     View,
     admit,
+    admitted_view,
     cloud_camera,
     fuse,
-    surface_view,
     view_from_cloud,
 )
 from hrcjax.map.clean import within_box, without_body
@@ -74,12 +75,9 @@ class Programs:
         def image(
             state: FieldMap, stream: StreamState, params: MapParams, limits: StreamParams, stamp: Array, camera: Camera, depth: Array, q: Joints | None
         ) -> Any:  # fmt: skip
-            view, body = surface_view(params, camera, depth), self._body(q)
-            stream, view, reasons = admit(limits, stream, stamp, camera, view, body)
-            if body is not None:  # a frame that is not believed takes nothing away either
-                body = Capsules(body.a, body.b, jnp.where(reasons == 0, body.radius, -1.0))
-            view = self._cleaned(view, camera, body)
-            state, report = fuse(self.layout, params, state, camera, jax.lax.optimization_barrier(view), body)
+            frame, box = FrameParams(params, limits), self.left_out.box
+            stream, view, body, reasons = admitted_view(frame, stream, stamp, camera, depth, self._body(q), box)
+            state, report = fuse(self.layout, params, state, camera, view, body)
             return state, stream, report, reasons, *_tiles(params, camera, view)
 
         return self.run(

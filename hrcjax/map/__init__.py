@@ -13,12 +13,12 @@ from hrcjax.map.solve import exact_distance_and_gradient, exact_field
 from hrcjax.map.state import DYNAMIC, LABELS, NEW, NONE, STATIC, FieldMap, FrameReport, empty_map
 from hrcjax.map.stream import StreamParams, StreamState, admit, describe_frame, initial_stream
 from hrcjax.map.surface import Surface, describe_surface, fit_surface, map_surface
-from hrcjax.map.take import FrameParams, MapPoints, map_points, surface_view, take_frame
+from hrcjax.map.take import FrameParams, MapPoints, admitted_view, map_points, surface_view, take_frame
 from hrcjax.map.view import View, make_view
 
 __all__ = [
     "DYNAMIC", "FACES", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameParams", "FrameReport", "Level",
-    "MapLayout", "MapParams", "MapPoints", "StreamParams", "StreamState", "Surface", "View", "admit", "cloud_camera",
+    "MapLayout", "MapParams", "MapPoints", "StreamParams", "StreamState", "Surface", "View", "admit", "admitted_view", "cloud_camera",
     "describe_frame", "describe_surface", "distance_and_deviation", "distance_bound", "empty_map",
     "exact_distance_and_gradient", "exact_field", "fit_surface", "fuse", "initial_stream", "local_field", "make_view",
     "map_distance", "map_distance_and_gradient", "map_distances_and_gradients", "map_points", "map_surface",

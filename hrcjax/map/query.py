@@ -27,9 +27,10 @@ def _kernels(
     """Offsets from the points to x [m], their shares in the occupancy, its logarithm, and whether there is any."""
     there = rows[:, 3] > 0
     offsets = [x[a] - rows[:, a] for a in range(3)]
-    r2 = jnp.where(there, offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2, _FAR_SQUARED)
-    nearest = jax.lax.stop_gradient(jnp.min(r2))
+    r2 = offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2
     some = jnp.any(there)  # not by the distance: a query that is not a number must not read as free space
+    nearest = jax.lax.stop_gradient(jnp.where(some, jnp.min(jnp.where(there, r2, jnp.inf)), 0.0))
+    r2 = jnp.where(there, r2, nearest + _FAR_SQUARED)
     precision = 0.5 / length_scale**2
     k = rows[:, 3] * jnp.exp(jnp.maximum(precision * (nearest - r2), _LEAST_EXPONENT))
     total = jnp.where(some, jnp.sum(k), 1.0)

@@ -52,6 +52,33 @@ def surface_view(params: MapParams, camera: Camera, depth: Float[Array, "height 
     )
 
 
+def admitted_view(
+    params: FrameParams,
+    stream: StreamState,
+    stamp: Float[Array, ""],
+    camera: Camera,
+    depth: Float[Array, "height width"],
+    body: Capsules | None = None,
+    box: tuple[Vector3, Vector3] | None = None,
+    tile: int = TILE,
+) -> tuple[StreamState, View, Capsules | None, Int[Array, ""]]:
+    """What of an image goes into a map: see `take_frame`.
+
+    Returns:
+        the camera's stream; the view, without anything if the frame is refused; the robot, whose capsules do not exist
+        then; bits of why.
+    """
+    view = surface_view(params.map, camera, depth, tile)
+    stream, view, refused = admit(params.stream, stream, stamp, camera, view, body)
+    if box is not None:
+        view = within_box(view, *box)
+    if body is not None:
+        # a frame that is not believed takes nothing away either
+        body = Capsules(body.a, body.b, jnp.where(refused == 0, body.radius, -1.0))
+        view = without_body(view, camera, body, params.body_scale, params.body_pad)
+    return stream, jax.lax.optimization_barrier(view), body, refused
+
+
 def take_frame(
     layout: MapLayout,
     params: FrameParams,
@@ -76,15 +103,7 @@ def take_frame(
     Returns:
         the map; the camera's stream; what the frame did; bits of why it was refused (`describe_frame`); 0: it was not.
     """
-    view = surface_view(params.map, camera, depth, tile)
-    stream, view, refused = admit(params.stream, stream, stamp, camera, view, body)
-    if box is not None:
-        view = within_box(view, *box)
-    if body is not None:
-        # a frame that is not believed takes nothing away either
-        body = Capsules(body.a, body.b, jnp.where(refused == 0, body.radius, -1.0))
-        view = without_body(view, camera, body, params.body_scale, params.body_pad)
-    view = jax.lax.optimization_barrier(view)  # else parts of it are computed again wherever fusion reads them
+    stream, view, body, refused = admitted_view(params, stream, stamp, camera, depth, body, box, tile)
     state, report = fuse(layout, params.map, state, camera, view, body)
     return state, stream, report, refused
 

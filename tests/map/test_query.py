@@ -143,3 +143,15 @@ def test_a_query_that_is_not_a_number_is_not_free_space(layout, read, levels) ->
     x = jnp.asarray([[jnp.nan, 0.0, 0.3], [0.1, jnp.nan, 0.3]], jnp.float32)
     corrected = jax.jit(jax.vmap(lambda x: map_distance(layout, levels, PARAMS.ratio, x)))
     assert not np.isfinite(read(x)[0]).any() and not np.isfinite(corrected(x)).any()
+
+
+def test_far_away_and_nowhere(layout, levels) -> None:
+    """Beyond a kilometre the distance is still that; at no place there is none."""
+    far = jnp.asarray([3e3, 0.0, 0.0], jnp.float32)
+    for read in (map_distance_and_gradient, lambda *a: jax.value_and_grad(lambda x: map_distance(*a[:3], x))(a[3])):
+        d, g = read(layout, levels, PARAMS.ratio, far)
+        np.testing.assert_allclose(d, 3e3, rtol=1e-3)
+        np.testing.assert_allclose(g, [1, 0, 0], atol=1e-2)
+        for nowhere in (np.inf, -np.inf, np.nan):
+            d, g = read(layout, levels, PARAMS.ratio, far.at[1].set(nowhere))
+            assert np.isnan(d) and np.isnan(g).all()
