@@ -66,7 +66,7 @@ def next_in_turn(
         turn: slot to begin at.
     """
     capacity = stale.shape[0]
-    most = min(min(layout.refitted, ROUND) // 2**level + EDGE, capacity)
+    most = min(min(layout.refitted, ROUND) // EDGE**level + EDGE, capacity)
     slots = slots_in_turn(stale, most, turn)
     return slots, jnp.where(slots[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
 
