@@ -226,3 +226,12 @@ def test_points_for_which_a_frame_has_no_entry_are_told() -> None:
     few = dataclasses.replace(view, mask=view.mask.at[20:].set(False))
     _, report = jax.jit(lambda view: fuse(layout, MapParams(), empty_map(layout), camera, view))(few)
     assert int(report.left_out) == 0 and int(report.points) == 20
+
+
+def test_a_point_beside_the_origin_is_as_new_as_any(layout, points_program) -> None:
+    """Places without a point are kept as zeros, which must not count as points there."""
+    x = jnp.asarray([[0.005, 0.005, 0.005], [0.3, 0.3, 0.1]], jnp.float32)
+    view = View(x, jnp.ones(2, bool), jnp.full(2, 1e-6, jnp.float32), jnp.zeros((4, 4), jnp.float32))
+    camera = d435i(jnp.asarray([0.0, -1.4, 1.4], jnp.float32), jnp.zeros(3, jnp.float32), 1)
+    _, report = points_program(empty_map(layout), camera, view)
+    assert int(report.new) == int(report.points) == 2
