@@ -5,8 +5,9 @@ import numpy as np
 
 from hrcjax.map import LABELS, FieldMap, MapLayout
 from hrcjax.map.blocks import bounding_boxes
+from hrcjax.map.index import GRAIN, NO_BOX, OCTET, boxes_by_place, hull_of
 from hrcjax.map.layout import REACH
-from hrcjax.map.level import GRAIN, NO_BOX, Level
+from hrcjax.map.level import Level
 
 FRAMES = 1 << 16
 """Frames are counted modulo this."""
@@ -44,7 +45,7 @@ def fault_of_map(layout: MapLayout, state: FieldMap) -> str:
 
 def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
     """What does not belong together in one level, begun with the array's name; "": nothing."""
-    slot, box, place, rows = (np.asarray(a) for a in (blocks.slot, blocks.box, blocks.place, blocks.rows))
+    slot, place, rows = (np.asarray(a) for a in (blocks.slot, blocks.place, blocks.rows))
     capacity = len(place)
     if slot.min() < 0 or slot.max() > capacity:
         return f"slot points outside of the {capacity} blocks"
@@ -61,11 +62,16 @@ def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
     free[used] = False
     if (rows[free, 3] > 0).any():
         return "rows holds points in a free slot"
+    box, found = (np.asarray(a) for a in boxes_by_place(blocks.index, slot.shape))
     expected = np.asarray(bounding_boxes(layout, level, jnp.asarray(own), jnp.asarray(rows[used])))
     if ((box[at] == NO_BOX) != (expected == NO_BOX)).any() or np.sum(box != NO_BOX) != np.sum(expected != NO_BOX):
-        return "box and rows do not agree on which blocks hold points"
+        return "index and rows do not agree on which blocks hold points"
     if (np.abs(_sides(box[at]) - _sides(expected)) > ROUNDING).any() or ((box < NO_BOX) | (box >= 1 << 30)).any():
-        return "box is not the one about the points"
+        return "index holds a box that is not the one about the points"
+    if (found != np.where(box == NO_BOX, capacity, slot)).any():
+        return "index and slot do not name the same blocks"
+    if (np.asarray(blocks.index.hull) != np.asarray(hull_of(jnp.asarray(blocks.index.octets[..., :OCTET])))).any():
+        return "index holds a hull that is not the one about its boxes"
     return ""
 
 

@@ -17,7 +17,7 @@ from experiments.map_header import check_keys, layout_of, params_of
 from experiments.mapping.numbers import numbers_of
 from hrcjax.map import FieldMap, MapLayout, MapParams, empty_map
 
-FORMAT, VERSION = "hrcjax map", 2
+FORMAT, VERSION = "hrcjax map", 3
 HEADER = "header"
 """Name of the array that holds format, version, layout and parameters as JSON."""
 ACCEPTED = f"a file map.npz of python -m experiments.map, version {VERSION}"

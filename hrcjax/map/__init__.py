@@ -5,10 +5,11 @@ from hrcjax.map.bound import distance_and_deviation, distance_bound
 from hrcjax.map.cloud_view import FACES, cloud_camera, tiles_along, view_from_cloud
 from hrcjax.map.fuse import fuse
 from hrcjax.map.layout import MapLayout
-from hrcjax.map.level import Level, local_field
+from hrcjax.map.level import Level
 from hrcjax.map.nearest import nearest_points
 from hrcjax.map.params import MapParams
 from hrcjax.map.query import map_distance, map_distance_and_gradient
+from hrcjax.map.search import local_field
 from hrcjax.map.solve import exact_distance_and_gradient, exact_field
 from hrcjax.map.state import DYNAMIC, LABELS, NEW, NONE, STATIC, FieldMap, FrameReport, empty_map
 from hrcjax.map.stream import StreamParams, StreamState, admit, describe_frame, initial_stream

@@ -12,8 +12,9 @@ import jax.numpy as jnp
 from hrcjax.field import FAR
 from hrcjax.field.closed_form import read
 from hrcjax.map.layout import MapLayout
-from hrcjax.map.level import Level, block_rows, nearest_blocks, padded_place
+from hrcjax.map.level import Level, block_rows, padded_place
 from hrcjax.map.query import corrected, level_range, level_share, reading_about
+from hrcjax.map.search import nearest_blocks
 from hrcjax.typing import Array, Float, Int, Scalar
 
 GROUP = 32
@@ -40,6 +41,13 @@ def morton_code(cell: Int[Array, "*n 3"]) -> Int[Array, "*n"]:
 
     x, y, z = (spread(cell[..., a]) for a in range(3))
     return x | (y << 1) | (z << 2)
+
+
+def _cell_of(layout: MapLayout, x: Float[Array, "query 3"]) -> Int[Array, "query 3"]:
+    """Cells for the order of queries: voxels, or larger ones where the box has more than 1024 of these along an edge."""
+    edge = max(layout.spacing, max(layout.shape) * layout.edge_of(0) / 1024)
+    step = jnp.floor((x - jnp.asarray(layout.lower, x.dtype)) / edge)
+    return jnp.clip(step, 0, 1023).astype(jnp.int32)
 
 
 def group_readings(
@@ -189,8 +197,7 @@ def _readings(
             layout, 0, lambda k: _one_by_one(layout, k, levels[k], ratio, x, correct), count, x.dtype
         )
     # groups of neighbours
-    cell = padded_place(layout, 0, x)
-    order = jnp.argsort(morton_code(cell))
+    order = jnp.argsort(morton_code(_cell_of(layout, x)))
     order = jnp.concatenate([order, jnp.full((-count % GROUP,), order[-1])])
     groups = x[order].reshape(-1, GROUP, 3)
     d, g = jax.lax.map(

@@ -3,8 +3,9 @@
 import jax
 import jax.numpy as jnp
 
+from hrcjax.map.index import GRAIN, NO_BOX, pack_box, with_boxes
 from hrcjax.map.layout import EDGE, REACH, MapLayout
-from hrcjax.map.level import GRAIN, NO_BOX, Level, pack_box
+from hrcjax.map.level import Level
 from hrcjax.typing import Array, Bool, Float, Int
 
 
@@ -56,7 +57,7 @@ def claim(
     places = place.at[chosen].get(mode="fill", fill_value=0)
     places = blocks.place.at[jnp.where(given, free, capacity)].set(places, mode="drop")
     lost = jnp.sum(speaker, dtype=jnp.int32) - jnp.sum(given, dtype=jnp.int32)
-    level = Level(slots.reshape(shape), blocks.box, places, blocks.rows)
+    level = Level(slots.reshape(shape), blocks.index, places, blocks.rows)
     return level, jnp.where(wanted, slots[cell], capacity), lost
 
 
@@ -86,11 +87,11 @@ def store(
     size = shape[0] * shape[1] * shape[2]
     place = blocks.place.at[slots].get(mode="fill", fill_value=0)
     cell = jnp.where(slots < capacity, flat_index(shape, place), size)
-    box = blocks.box.reshape(-1).at[cell].set(bounding_boxes(layout, level, place, rows), mode="drop").reshape(shape)
+    index = with_boxes(blocks.index, place, slots, bounding_boxes(layout, level, place, rows), capacity)
     vacant = ~jnp.any(rows[:, 3] > 0, axis=1)
     slot = blocks.slot.reshape(-1).at[jnp.where(vacant, cell, size)].set(capacity, mode="drop").reshape(shape)
     places = blocks.place.at[jnp.where(vacant, slots, capacity)].set(0, mode="drop")
-    return Level(slot, box, places, blocks.rows.at[slots].set(rows, mode="drop"))
+    return Level(slot, index, places, blocks.rows.at[slots].set(rows, mode="drop"))
 
 
 def slots_around(blocks: Level, place: Int[Array, "block 3"]) -> Int[Array, "block 27"]:

@@ -76,7 +76,7 @@ def follow(
     flags = jnp.zeros((capacity,), bool).at[slot].set(True, mode="drop")
     touched = jnp.nonzero(flags, size=most, fill_value=capacity)[0].astype(jnp.int32)
     own = coarse.place.at[touched].get(mode="fill", fill_value=1)
-    coarse = Level(coarse.slot, coarse.box, coarse.place, all_rows)
+    coarse = Level(coarse.slot, coarse.index, coarse.place, all_rows)
     own_rows = all_rows.at[touched].get(mode="fill", fill_value=0)
     real = touched < capacity
     # as on level 0: what has moved is fitted anew; where points came or went, what is about it too

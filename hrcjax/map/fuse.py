@@ -151,7 +151,7 @@ def fuse(
     about = jnp.where(other[:, None] & (seen < capacity)[:, None], slots_around(base, place), capacity)
     drift = state.drift.at[seen].set(jnp.where(changed, 0.0, drift), mode="drop")
     rows_seen = rows.at[seen].get(mode="fill", fill_value=0)
-    base = store(layout, 0, Level(base.slot, base.box, base.place, rows), seen, rows_seen)
+    base = store(layout, 0, Level(base.slot, base.index, base.place, rows), seen, rows_seen)
     stale = state.stale[0].at[about].set(True, mode="drop")
     stale = stale.at[jnp.where(changed, seen, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
     levels, extents, waiting = [base], [], [stale]

@@ -10,7 +10,8 @@ from hrcjax.field.closed_form import read
 from hrcjax.field.curvature import curvature_correction, tangential_share
 from hrcjax.field.kernel import blended_root
 from hrcjax.map.layout import REACH, MapLayout
-from hrcjax.map.level import Level, block_rows, nearest_blocks
+from hrcjax.map.level import Level, block_rows
+from hrcjax.map.search import nearest_blocks
 from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
 
 NEAREST = 16

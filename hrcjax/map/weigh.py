@@ -124,6 +124,6 @@ def refit_round(
         own = weights[begin : begin + slots.shape[0]]
         begin += slots.shape[0]
         rows = level.rows.at[slots, 3].set(own, mode="drop")
-        fitted.append(Level(level.slot, level.box, level.place, rows))
+        fitted.append(Level(level.slot, level.index, level.place, rows))
         waiting.append(which.at[slots].set(False, mode="drop"))
     return tuple(fitted), tuple(waiting), jnp.stack([after for _, after in chosen])

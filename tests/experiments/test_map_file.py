@@ -126,6 +126,12 @@ def _put(name: str, at, value):
     return name, change
 
 
+def _box(used: int, place: tuple[int, ...]) -> tuple[int, ...]:
+    """Where the index keeps the box of a place."""
+    x, y, z = place
+    return x // 2, y // 2, z // 2, 4 * (x % 2) + 2 * (y % 2) + z % 2
+
+
 DAMAGES = {
     "a slot that is another's": (*_put("levels.0.slot", lambda s, p: p, lambda s: s - 1), "name each other"),
     "a block nowhere": (*_put("levels.0.slot", lambda s, p: p, 32), "name each other"),
@@ -137,9 +143,15 @@ DAMAGES = {
     "a weight of nothing": (*_put("levels.1.rows", lambda s, p: (s, 3, 0), np.nan), "not finite"),
     "a coordinate of nothing": (*_put("levels.0.rows", lambda s, p: (s, 1, 0), np.inf), "not finite"),
     "points in a free slot": (*_put("levels.0.rows", (31, 3, 0), 0.2), "free slot"),
-    "another box": (*_put("levels.0.box", lambda s, p: p, 0), "box is not the one"),
-    "no box": (*_put("levels.0.box", lambda s, p: p, -1), "which blocks hold points"),
-    "a box of no block": (*_put("levels.1.box", (0, 0, 0), 5), "which blocks hold points"),
+    "another box": (*_put("levels.0.index.octets", _box, 0), "box that is not the one"),
+    "no box": (*_put("levels.0.index.octets", _box, -1), "which blocks hold points"),
+    "a box of no block": (*_put("levels.1.index.octets", (0, 0, 0, 0), 5), "which blocks hold points"),
+    "another slot of a box": (
+        *_put("levels.0.index.octets", lambda s, p: (*_box(s, p)[:3], _box(s, p)[3] + 8), 31),
+        "same blocks",
+    ),
+    "a slot without a box": (*_put("levels.1.index.octets", (0, 0, 0, 8), 0), "same blocks"),
+    "another hull": (*_put("levels.0.index.hull", lambda s, p: _box(s, p)[:3], 0), "hull that is not the one"),
     "a turn too far": (*_put("turn", 1, 99), "turn holds 99"),
     "a turn before the first": (*_put("turn", 0, -1), "turn holds -1"),
     "a label of nothing": (*_put("label", (0, 0), 4), "label holds 4"),
@@ -184,7 +196,7 @@ def _header_with(path, part: str, **values) -> None:
         ("layout", {"shape": [6, 5, -4]}, "sizes of at least 1"),
         ("layout", {"lower": [0, 0, float("nan")]}, "layout.lower nan"),
         ("layout", {"lower": [0, 0, "0"]}, "layout.lower '0'"),
-        ("layout", {"lower": [-0.45, 0.25, 1.0]}, "box is not the one"),
+        ("layout", {"lower": [-0.45, 0.25, 1.0]}, "box that is not the one"),
         ("layout", {"spacing": 0}, "spacing 0 is not above 0"),
         ("layout", {"spacing": float("inf")}, "layout.spacing inf"),
         ("layout", {"capacity": 10**9}, "more than the box has places"),

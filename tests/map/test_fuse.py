@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hrcjax.map import DYNAMIC, NEW, MapLayout, MapParams, View, empty_map, fuse, make_view
+from hrcjax.map.index import NO_BOX, boxes_by_place
 from hrcjax.map.layout import REACH
-from hrcjax.map.level import NO_BOX
 from hrcjax.sense import NoiseParams, d435i
 from hrcjax.sense.camera import render_scene
 from hrcjax.sense.noise import measure
@@ -74,7 +74,9 @@ def test_boxes_about_points_and_slots_are_true(still, layout) -> None:
     state, _, _ = still
     for number, level in enumerate(state.levels):
         edge = layout.edge_of(number)
-        slot, place, rows, box = (np.asarray(v) for v in (level.slot, level.place, level.rows, level.box))
+        slot, place, rows = (np.asarray(v) for v in (level.slot, level.place, level.rows))
+        box, found = (np.asarray(v) for v in boxes_by_place(level.index, slot.shape))
+        assert (found == slot).all()
         used = np.flatnonzero(place[:, 0])
         assert len(used) == (slot < len(place)).sum() > 0
         assert (slot[tuple(place[used].T)] == used).all()
