@@ -2,7 +2,7 @@
 
 A camera with the noise of a D435i looks about on one spot until the map holds some 20,000 points; there it is timed. Then it
 walks through the room until the map holds 200,000, comes back, and is timed again by the same images. Program and
-capacity are the same. Rendering is not part of the time. Queries read the larger map.
+capacity are the same. Rendering is not part of the time. Queries read the larger map, in a process of one thread.
 """
 
 import time
@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from experiments.benchmarks.map_queries import measure_in_one_thread, measure_queries
 from hrcjax.map import (
     FieldMap,
     FrameParams,
@@ -20,11 +21,8 @@ from hrcjax.map import (
     StreamState,
     empty_map,
     initial_stream,
-    map_distances_and_gradients,
     take_frame,
 )
-from hrcjax.map.batch import GROUP_BLOCKS
-from hrcjax.map.layout import VOXELS
 from hrcjax.sense import Camera, NoiseParams, d435i
 from hrcjax.sense.camera import render_scene
 from hrcjax.sense.noise import measure
@@ -36,7 +34,6 @@ LAYOUT = MapLayout(lower=(-6.0, -6.0, -1.0), shape=(120, 120, 40), capacity=1638
 PARAMS = FrameParams()
 SMALL, LARGE = 20_000, 200_000
 WARM, FRAMES, MOST_FRAMES = 120, 100, 3000
-CONTROL_POINTS, QUERIES, WORKSPACE = 18, 100_000, 0.8
 
 
 def room() -> Scene:
@@ -75,16 +72,6 @@ def looking(frame: Any) -> Camera:
 def count_points(state: FieldMap) -> int:
     """Points of level 0."""
     return int(jnp.sum(state.levels[0].rows[:, 3] > 0))
-
-
-def _times(f: Any, *args: Any, repeat: int) -> np.ndarray:
-    jax.block_until_ready(f(*args))
-    times = []
-    for _ in range(repeat):
-        begin = time.perf_counter()
-        jax.block_until_ready(f(*args))
-        times.append(time.perf_counter() - begin)
-    return np.asarray(times)
 
 
 def run() -> dict[str, dict[str, Any]]:
@@ -131,25 +118,9 @@ def run() -> dict[str, dict[str, Any]]:
         sizes[size] = count_points(state)
     p95, median = ({n: 1e3 * float(np.percentile(t, q)) for n, t in times.items()} for q in (95, 50))
 
-    levels, ratio = state.levels, PARAMS.map.ratio
-    rows = np.asarray(levels[0].rows)
-    points = np.moveaxis(rows[:, :3], 1, 2)[rows[:, 3] > 0]
-    random = np.random.default_rng(1)
     middle = np.asarray(looking(0.0).position) + np.array([0.9, 0.6, -0.8])
-    within_reach = points[np.abs(points - middle).max(axis=1) < WORKSPACE]
-
-    def near(places: np.ndarray, count: int) -> jax.Array:
-        """Queries within some 30 cm of surfaces."""
-        at = places[random.integers(0, len(places), count)]
-        return jnp.asarray(at + random.uniform(-0.2, 0.2, at.shape), jnp.float32)
-
-    read = jax.jit(lambda levels, x: map_distances_and_gradients(LAYOUT, levels, ratio, x))
-    query_18 = _times(read, levels, near(within_reach, CONTROL_POINTS), repeat=500)
-    query_reach = float(np.min(_times(read, levels, near(within_reach, QUERIES), repeat=3)))
-    query_room = float(np.min(_times(read, levels, near(points, QUERIES), repeat=2)))
-    pairs = QUERIES * VOXELS * GROUP_BLOCKS
-    ready = jax.random.uniform(jax.random.key(2), (16_384, 1_000), jnp.float32, -20.0, 0.0)
-    exp = float(np.min(_times(jax.jit(lambda a: jnp.sum(jnp.exp(a), axis=1)), ready, repeat=5))) / ready.size
+    queries = measure_in_one_thread(LAYOUT, PARAMS.map, state, middle)
+    spread = measure_queries(LAYOUT, PARAMS.map, state, middle)
     return {
         "p95_ms": {"value": max(p95.values()), "unit": "ms"},
         "p95_20000_ms": {"value": p95[SMALL], "unit": f"ms at {sizes[SMALL]} points"},
@@ -157,11 +128,9 @@ def run() -> dict[str, dict[str, Any]]:
         "median_20000_ms": {"value": median[SMALL], "unit": "ms"},
         "median_200000_ms": {"value": median[LARGE], "unit": "ms"},
         "growth_ratio": {"value": p95[LARGE] / p95[SMALL], "unit": "1"},
-        "query_18_ms": {"value": 1e3 * float(np.median(query_18)), "unit": "ms"},
-        "query_18_best_ms": {"value": 1e3 * float(np.min(query_18)), "unit": "ms"},
-        "query_ratio_to_exp": {"value": query_reach / pairs / exp, "unit": "1, in a cube of 1.6 m"},
-        "query_us": {"value": 1e6 * query_reach / QUERIES, "unit": "us a query, in a cube of 1.6 m"},
-        "query_room_us": {"value": 1e6 * query_room / QUERIES, "unit": "us a query, all over the room"},
+        **queries,
+        "query_18_all_threads_ms": {**spread["query_18_ms"], "unit": "ms, in a process with all threads"},
+        "query_ratio_all_threads": {**spread["query_ratio_to_exp"], "unit": "1, both sides with all threads"},
         "refused_frames": {"value": refusals, "unit": "1"},
         "left_for_later": {"value": faults, "unit": "blocks and points of the timed frames"},
         "compile_s": {"value": compile_s, "unit": "s"},

@@ -29,7 +29,7 @@ def _kernels(
     there = rows[:, 3] > 0
     offsets = [x[a] - rows[:, a] for a in range(3)]
     r2 = offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2
-    some = jnp.any(there)  # not by the distance: a query that is not a number must not read as free space
+    some = jnp.max(rows[:, 3]) > 0  # not by the distance: a query that is not a number must not read as free space
     nearest = jax.lax.stop_gradient(jnp.where(some, jnp.min(jnp.where(there, r2, jnp.inf)), 0.0))
     r2 = jnp.where(there, r2, nearest + _FAR_SQUARED)
     precision = 0.5 / length_scale**2
