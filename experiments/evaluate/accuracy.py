@@ -31,8 +31,9 @@ def cosines(g: np.ndarray, exact: np.ndarray) -> np.ndarray:
     return np.sum(g * exact, axis=1) / np.where(length > 0, length, 1.0)
 
 
-def measure_case(case: Case, seen: Survey, seed: int) -> tuple[Measures, Queries]:
-    """Errors of all methods at the held-out places of a case, in metres and cosines."""
+def measure_case(case: Case, seen: Survey, seed: int) -> tuple[Measures, Queries, np.ndarray]:
+    """Errors of all methods at the held-out places of a case, in metres and cosines; the places, and what the bound reads
+    too far there [m]."""
     asked = held_out(case, seen.frames, QUERIES, seed)
     exact, ours = asked.distance, ask(seen.state, asked.x)
     answers = {
@@ -67,4 +68,4 @@ def measure_case(case: Case, seen: Survey, seed: int) -> tuple[Measures, Queries
         found[f"band_cosine_{name}"] = float(np.mean(cosines(ours.gradient, asked.gradient)[band]))
         found[f"band_cosine_plain_{name}"] = float(np.mean(cosines(ours.plain_gradient, asked.gradient)[band]))
         found[f"band_cover_{name}"] = float(np.mean((ours.bound <= exact)[band]))
-    return found, asked
+    return found, asked, ours.bound - exact

@@ -63,15 +63,17 @@ REMARKS = """
 ## What misses its bar, and why
 
 * **Cosine.** Two kinds of places make up nearly all of the loss. Within 1 cm of a surface, 3 to 7 % of the places, a direction
-  is hard to tell: the points themselves are millimetres off, and where the distance reads 0 the gradient is 0. Next to the
-  middle between two surfaces, 8 to 14 % of the places, the exact gradient turns round within some millimetres, and no map of
-  noisy points turns in the same place. Elsewhere (`settled_cosine`) the bar is held. The plain gradient of
-  `map_distance_and_gradient` has the better direction everywhere, the derivative of the corrected `map_distance` is the one
-  that belongs to its value. A policy that needs a direction should take the plain one.
-* **Bound.** In the corner with shelves it reads too far by a little more than 3 mm in 1 % of the places: by 6 mm where 3
-  images saw the nearest surface, by 3.2 mm where 10 or more did; most of these places face an edge, or a surface with gaps
-  between its points. On smooth bodies it is more careful than it says (coverage over 0.99), as its part for sampling is
-  chosen on worlds with edges. No choice of its two constants was found that keeps both bars in all families.
+  is hard to tell: in a corner a voxel's point is the mean of points of both faces, and where the distance reads 0 the gradient
+  is 0. Next to the middle between two surfaces, 8 to 14 % of the places, the exact gradient turns round within some
+  millimetres, and no map of one point a voxel turns in the same place. Elsewhere (`settled_cosine`) the bar is held. Noise is
+  not the cause: with every point moved to the exact surface (`cosine_exact_points`) the bar would be missed all the same.
+  The plain gradient of `map_distance_and_gradient` has the better direction everywhere, the derivative of the corrected
+  `map_distance` is the one that belongs to its value. A policy that needs a direction should take the plain one.
+* **Bound.** Over all places together both bars are held (`over.all`, `coverage.all`), not in each family. In the corner with
+  shelves it reads too far by a little more than 3 mm in 1 % of the places: by 6 mm where 3 images saw the nearest surface, by
+  3.2 mm where 10 or more did; most of these places face an edge, or a surface with gaps between its points. On smooth bodies
+  it is more careful than it says (coverage over 0.99), as its part for sampling is chosen on worlds with edges. No choice of
+  its two constants was found that keeps both bars in all families.
 * **Curvature on a map** is right to 1 or 2 % in the median, far off in 5 % of the places, probably near the end of what was
   seen or close to another body, where the points about are no sample of one surface; not all of these are refused.
 """

@@ -5,13 +5,16 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from experiments.evaluate.accuracy import Measures, measure_case
+from experiments.evaluate.ceiling import exact_points_cosine
 from experiments.evaluate.families import FAMILIES
 from experiments.evaluate.jumps import largest_jump
 from experiments.evaluate.moved import moved_box, person_passes
 from experiments.evaluate.normals import NOISE, mapped, sampled
 from experiments.evaluate.real import leave_one_out
-from experiments.evaluate.rows import accuracy_rows, change_rows, normal_rows, real_rows, row
+from experiments.evaluate.rows import accuracy_rows, bound_rows, change_rows, normal_rows, real_rows, row
 from experiments.evaluate.survey import survey
 from experiments.evaluate.weights import lumped_and_exact
 
@@ -34,8 +37,8 @@ def run_evaluation(progress: bool = True) -> dict[str, dict[str, Any]]:
         if progress:
             print(f"{time.monotonic() - begin:5.0f} s  {text}", file=sys.stderr, flush=True)
 
-    families, jumps, weights, on_map = _families(say)
-    rows = accuracy_rows(families)
+    families, bound, jumps, weights, on_map = _families(say)
+    rows = accuracy_rows(families) | bound_rows(*bound)
     rows["jump"] = row(1e3 * max(jumps.values()), "mm, largest along lines, worst family", "< 0.2")
     rows["rmse_lumped"] = row(1e3 * weights["rmse_lumped"], "mm, lumped weights, clutter, within 20 cm, uncorrected")
     rows["rmse_exact"] = row(1e3 * weights["rmse_exact"], "mm, exact weights there")
@@ -54,9 +57,13 @@ def run_evaluation(progress: bool = True) -> dict[str, dict[str, Any]]:
     return rows
 
 
-def _families(say: Callable[[str], None]) -> tuple[dict[str, list[Measures]], dict[str, float], Measures, Measures]:
-    """Accuracy of all cases, the largest jump of each family, weights on clutter, surfaces of smooth bodies."""
+def _families(
+    say: Callable[[str], None],
+) -> tuple[dict[str, list[Measures]], tuple[np.ndarray, np.ndarray], dict[str, float], Measures, Measures]:
+    """Accuracy of all cases, what the bound reads too far and the distances there, the largest jump of each family, weights
+    on clutter, surfaces of smooth bodies."""
     families: dict[str, list[Measures]] = {}
+    bounds: list[tuple[np.ndarray, np.ndarray]] = []
     jumps: dict[str, float] = {}
     weights: Measures = {}
     on_map: Measures = {}
@@ -65,7 +72,9 @@ def _families(say: Callable[[str], None]) -> tuple[dict[str, list[Measures]], di
         for seed in seeds:
             case = make(seed)
             seen = survey(case, seed)
-            measures, asked = measure_case(case, seen, seed)
+            measures, asked, excess = measure_case(case, seen, seed)
+            measures["cosine_exact_points"] = exact_points_cosine(case, seen, asked)
+            bounds.append((excess, asked.distance))
             families[name].append(measures)
             if seed == seeds[0]:
                 jumps[name] = largest_jump(case, seen.state, seed)
@@ -74,4 +83,5 @@ def _families(say: Callable[[str], None]) -> tuple[dict[str, list[Measures]], di
                 if name == "smooth":
                     on_map = mapped(case, seen)
             say(f"{name}, seed {seed}: {1e3 * measures['rmse_ours']:.1f} mm")
-    return families, jumps, weights, on_map
+    excess, distance = (np.concatenate(parts) for parts in zip(*bounds, strict=True))
+    return families, (excess, distance), jumps, weights, on_map

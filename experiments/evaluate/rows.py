@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.evaluate.accuracy import Measures
+from experiments.evaluate.accuracy import BOUND_RANGE, Measures
 
 Rows = dict[str, dict[str, Any]]
 
@@ -60,6 +60,9 @@ def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
     place = "1, more than 1 cm off and not next to the middle between surfaces"
     for name, words in (("ours", ""), ("plain", ", plain"), ("nearest_map", ", nearest point of the map")):
         rows[f"settled_cosine_{name}.mean"] = row(_mean(means, f"settled_cosine_{name}"), place + words)
+    rows["cosine_exact_points.mean"] = row(
+        _mean(means, "cosine_exact_points"), "1, plain gradient, if all points of the map lay on the exact surfaces"
+    )
     rows["settled.mean"] = row(_mean(means, "settled"), "1, share of such places")
     rows["no_gradient.mean"] = row(_mean(means, "no_gradient"), "1, share of places where the plain gradient is 0")
     for peer in ("nearest_map", "nearest_supported", "voxels_map", "voxels_supported"):
@@ -83,6 +86,20 @@ def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
 def _mean(means: Mapping[str, Measures], key: str) -> float:
     """Over families; of those that have queries there."""
     return float(np.nanmean([mean[key] for mean in means.values()]))
+
+
+def bound_rows(excess: np.ndarray, distance: np.ndarray) -> Rows:
+    """The bound at all places of all worlds together.
+
+    Args:
+        excess: what the bound reads too far (place,) [m].
+        distance: the exact distances there (place,) [m].
+    """
+    over = 1e3 * float(np.percentile(excess[distance < BOUND_RANGE], 99))
+    return {
+        "over.all": row(over, "mm, all places together", "< 3"),
+        "coverage.all": row(float(np.mean(excess <= 0)), "1, all places together", "0.93 to 0.99"),
+    }
 
 
 def normal_rows(noisy: Mapping[str, Measures], clean: Mapping[str, Measures], mapped: Measures) -> Rows:
