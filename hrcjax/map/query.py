@@ -53,7 +53,8 @@ class Corrected(NamedTuple):
     distance: Float[Array, ""]
     """Without what the curvature of the surface adds to it; FAR if there are no points [m]."""
     flatness: Float[Array, ""]
-    """Product of the tangential spreads over l^4, not above 1: 1 on flat surfaces, near 0 at sharp edges [1]."""
+    """Product of the tangential spreads over l^4: 1 on flat surfaces, near 0 at sharp edges, above 1 in hollows, not below
+    0 [1]."""
     weights: Float[Array, "block voxel"]
     """Shares of the points in the occupancy [1]."""
 
@@ -61,7 +62,7 @@ class Corrected(NamedTuple):
 def corrected(
     log_o: Float[Array, ""], offset: Vector3, spread: Matrix3, some: Bool[Array, ""], scale: Float[Array, ""]
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Distance corrected for curvature [m], and the flatness [1]; see `hrcjax.field.curvature`.
+    """Distance corrected for curvature [m], and `Corrected.flatness` [1]; see `hrcjax.field.curvature`.
 
     Args:
         log_o: logarithm of the occupancy [1].
@@ -72,7 +73,7 @@ def corrected(
     """
     flatness = tangential_share(spread, offset, scale)
     v = -2.0 * log_o + curvature_correction(flatness, offset, scale)
-    return jnp.where(some, scale * blended_root(v), FAR), jnp.clip(flatness, 0.0, 1.0)
+    return jnp.where(some, scale * blended_root(v), FAR), jnp.maximum(flatness, 0.0)
 
 
 def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> Corrected:

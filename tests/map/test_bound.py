@@ -101,3 +101,23 @@ def test_bound_holds_over_a_small_thing_that_coarse_levels_take_for_part_of_the_
     bound = np.asarray(both(x))
     assert np.mean(bound <= truth) > 0.95
     assert np.median(truth - bound) < 0.15
+
+
+def test_deviation_is_larger_at_edges_and_in_hollows_than_on_a_plane(layout, points_program) -> None:
+    """A step of 15 cm: its upper edge, the corner at its foot, the floor before it."""
+    a, b = np.arange(-0.4, 0.4, 0.0237), np.arange(0.0, 0.15, 0.0237)
+    floor = np.stack([*np.meshgrid(a[a > 0], a), np.zeros(((a > 0).sum(), a.size)).T], axis=-1).reshape(-1, 3)
+    top = np.stack([*np.meshgrid(a[a < 0], a), np.full(((a < 0).sum(), a.size), 0.15).T], axis=-1).reshape(-1, 3)
+    wall = np.stack(np.meshgrid([0.0], a, b), axis=-1).reshape(-1, 3)
+    x = jnp.asarray(np.concatenate([floor, top, wall]) + np.array([0.011, 0.0, 0.007]), jnp.float32)
+    view = View(x, jnp.ones(len(x), bool), jnp.full(len(x), 1e-8, jnp.float32), jnp.zeros((4, 4), jnp.float32))
+    camera = d435i(jnp.asarray([1.0, 0.0, 1.4], jnp.float32), jnp.zeros(3, jnp.float32), 1)
+    state = empty_map(layout)
+    for _ in range(3):
+        state, report = points_program(state, camera, view)
+    assert int(report.waiting) == 0
+    place = jnp.asarray([[0.3, 0.1, 0.07], [0.1, 0.1, 0.26], [0.07, 0.1, 0.06]], jnp.float32)
+    plane, edge, hollow = np.asarray(
+        jax.jit(jax.vmap(lambda x: distance_and_deviation(layout, state, RATIO, x)[1]))(place)
+    )
+    assert plane < 0.0032 and edge > plane + 0.0005 and hollow > plane + 0.001, (plane, edge, hollow)
