@@ -5,7 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.map import MapParams, View, empty_map, map_distance, map_distance_and_gradient, map_distances_and_gradients
+from hrcjax.map import (
+    MapParams,
+    View,
+    batch,
+    empty_map,
+    map_distance,
+    map_distance_and_gradient,
+    map_distances_and_gradients,
+)
 from hrcjax.sense import d435i
 
 RATIO = MapParams().ratio
@@ -49,6 +57,16 @@ def test_many_are_as_each_alone(layout, levels, count, correct) -> None:
     np.testing.assert_allclose(d[known], expected[known], atol=2e-5)
     np.testing.assert_allclose(g[known], slope[known], atol=0.01)
     assert np.median(np.abs(g[known] - slope[known])) < 1e-5
+
+
+@pytest.mark.parametrize("blocks", [1, 6])
+def test_a_group_for_which_its_blocks_do_not_suffice_is_read_one_by_one(layout, levels, monkeypatch, blocks) -> None:
+    monkeypatch.setattr(batch, "GROUP_BLOCKS", blocks)
+    x = np.random.default_rng(2).uniform([-0.1, -0.2, -0.05], [0.5, 0.2, 0.3], (160, 3)).astype(np.float32)
+    d, g = jax.jit(lambda x: map_distances_and_gradients(layout, levels, RATIO, x))(x)
+    alone, slope = jax.jit(jax.vmap(lambda p: map_distance_and_gradient(layout, levels, RATIO, p)))(x)
+    np.testing.assert_allclose(d, alone, atol=2e-5)
+    np.testing.assert_allclose(g, slope, atol=0.01)
 
 
 def test_empty_map_has_no_distance(layout) -> None:

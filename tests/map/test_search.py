@@ -101,8 +101,9 @@ def test_nothing_nearer_than_the_gap_is_left_out(request, scene: str, span: int,
 
 def test_hulls_are_about_the_boxes_of_their_octets(changed) -> None:
     """A hull holds its boxes, and is a 32nd of the octet larger at most; an octet without points has none."""
-    boxes = np.asarray(boxes_by_place(changed.index, changed.slot.shape)[0])
+    boxes, found = (np.asarray(v) for v in boxes_by_place(changed.index, changed.slot.shape))
     hull, some = np.asarray(changed.index.hull), 0
+    assert (found == np.asarray(changed.slot)).all()
     assert (boxes[np.asarray(changed.slot) == LAYOUT.capacity] == NO_BOX).all()
     for at in np.ndindex(hull.shape):
         part = tuple(slice(2 * k, 2 * k + 2) for k in at)
