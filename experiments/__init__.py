@@ -1,1 +1,1 @@
-"""Command-line programs. The only place that reads and writes files."""
+"""The programs, each a folder of its own that no other program imports: `python -m experiments` lists them."""

@@ -29,11 +29,11 @@ from pathlib import Path
 root = next(p for p in [Path.cwd(), *Path.cwd().parents] if (p / "experiments").is_dir())
 sys.path.insert(0, str(root))
 
-from experiments.store import newest_run, open_run  # noqa: E402  # found through the line above
+from hrcjax.sweeps.store import newest_run, open_run  # noqa: E402  # found through the line above
 
 run = os.environ.get("HRCJAX_RUN") or newest_run(root / "runs")
 if run is None:
-    from experiments.sweep import main
+    from experiments.sweep.__main__ import main
 
     run = root / "runs" / "notebook"
     status = main(["--quick", "--no-figures", "--out", str(run)])
@@ -50,7 +50,7 @@ ds  # noqa: B018  # the notebook shows it
 # Metrics have labels, units and a good end. `status` is 0 where a setting worked.
 
 # %%
-from experiments.summary import axis_labels, best_table, ranking, select  # noqa: E402
+from hrcjax.sweeps.summary import axis_labels, best_table, ranking, select  # noqa: E402
 
 by = ds.attrs["rank"]
 print(f"ranked by {by} [{ds[by].attrs['units']}]: {ds[by].attrs['long_name']}")
@@ -60,7 +60,7 @@ print(best_table(ds, by))
 # ## The score over all settings
 
 # %%
-from experiments.figures import metric_figure, paths_figure, trade_off_figure, zones_figure  # noqa: E402
+from hrcjax.sweeps.figures import metric_figure, paths_figure, trade_off_figure, zones_figure  # noqa: E402
 
 metric_figure(ds, by)
 

@@ -4,6 +4,9 @@ import equinox as eqx
 
 from hrcjax.typing import Scalar
 
+POSITIVE = ("ratio", "least_deviation", "memory", "far")
+"""Parameters that must not be 0."""
+
 
 class MapParams(eqx.Module):
     """What a map is tuned by. Sources: the presets of the HRI paper's map where they have one, else our choice."""

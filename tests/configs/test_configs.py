@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from configs import CONFIGS, paper_sweep, people_sweep, quick_sweep
-from experiments.settings import make_settings
-from experiments.sweep import parse
+from experiments.sweep.__main__ import parse
+from hrcjax.sweeps.settings import make_settings
 
 
 def test_the_paper_sweep_is_the_default_of_the_program() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.benchmark import SECTIONS, main, table
+from experiments.benchmark.__main__ import SECTIONS, main, table
 
 ROWS = {"arm steps": {"value": 1234567.8, "unit": "steps/s"}, "ratio": {"value": 2.345, "unit": "x mjx"}}
 
@@ -17,7 +17,7 @@ def sections(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in SECTIONS:
         module = types.ModuleType(name)
         module.run = lambda name=name: {**ROWS, name: {"value": 1, "unit": "s"}}  # pyright: ignore[reportAttributeAccessIssue]
-        monkeypatch.setitem(sys.modules, f"experiments.benchmarks.{name}", module)
+        monkeypatch.setitem(sys.modules, f"experiments.benchmark.{name}", module)
 
 
 def test_table_is_aligned() -> None:
@@ -73,6 +73,6 @@ def test_a_section_that_is_not_there(monkeypatch: pytest.MonkeyPatch, capsys: py
     def absent(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
-    monkeypatch.setattr("experiments.benchmark.importlib.import_module", absent)
+    monkeypatch.setattr("experiments.benchmark.__main__.importlib.import_module", absent)
     assert main(["arm"]) == 2
-    assert "section arm has no module experiments.benchmarks.arm" in capsys.readouterr().err
+    assert "section arm has no module experiments.benchmark.arm" in capsys.readouterr().err

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from experiments.bvh import BvhError, read_bvh
+from hrcjax.io.bvh import BvhError, read_bvh
 from hrcjax.world.person import REGIONS
 from hrcjax.world.recorded import person_from_joints
 from hrcjax.world.scenes import robotica

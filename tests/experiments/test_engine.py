@@ -11,11 +11,11 @@ import toy_cell
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from experiments.engine import chunk_size, chunk_slices, flag_not_finite, run_sweep
-from experiments.errors import StorageError, UsageError
-from experiments.settings import Settings, make_settings, set_leaves
-from experiments.store import RunStore, open_store
-from experiments.sweepable import Metric, Sweepable, Trace
+from hrcjax.lab.errors import StorageError, UsageError
+from hrcjax.sweeps.engine import chunk_size, chunk_slices, flag_not_finite, run_sweep
+from hrcjax.sweeps.settings import Settings, make_settings, set_leaves
+from hrcjax.sweeps.store import RunStore, open_store
+from hrcjax.sweeps.sweepable import Metric, Sweepable, Trace
 
 
 def problem(scenes: tuple[str, ...] = ("robotica",), seeds: tuple[int, ...] = (0,), **changes: object) -> Sweepable:
@@ -153,7 +153,7 @@ def test_worlds_that_cannot_be_built_are_named(tmp_path: Path) -> None:
 
 
 def test_a_disk_that_is_too_small_is_seen_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import experiments.engine as engine
+    import hrcjax.sweeps.engine as engine
 
     usage = type("Usage", (), {"free": 1000})()
     monkeypatch.setattr(engine.shutil, "disk_usage", lambda _: usage)

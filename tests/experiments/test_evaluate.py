@@ -5,13 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.evaluate import page, peers, rows
-from experiments.evaluate.accuracy import cosines
-from experiments.evaluate.families import FAMILIES, VIEWS
-from experiments.evaluate.normals import BODIES, shape_at
-from experiments.evaluate.queries import held_out, times_seen, truth
-from experiments.evaluate.solids import render_world, world_distance
-from experiments.evaluate.survey import LAYOUT, Frame, RandomThinning, pixels
+from experiments.map.evaluate import page, peers, rows
+from experiments.map.evaluate.accuracy import cosines
+from experiments.map.evaluate.families import FAMILIES, VIEWS
+from experiments.map.evaluate.normals import BODIES, shape_at
+from experiments.map.evaluate.queries import held_out, times_seen, truth
+from experiments.map.evaluate.solids import render_world, world_distance
+from experiments.map.evaluate.survey import LAYOUT, Frame, RandomThinning, pixels
 from hrcjax.sense import d435i
 
 

@@ -3,7 +3,7 @@
 import equinox as eqx
 import pytest
 
-from experiments.field_docs import class_docs, leaf_docs, split_unit
+from hrcjax.lab.field_docs import class_docs, leaf_docs, split_unit
 
 
 class Inner(eqx.Module):

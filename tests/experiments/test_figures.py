@@ -11,7 +11,8 @@ import toy_cell
 import xarray as xr
 
 import experiments
-from experiments.figures import (
+from experiments.sweep.__main__ import main as sweep
+from hrcjax.sweeps.figures import (
     best_and_worst,
     draw_run,
     main,
@@ -20,16 +21,15 @@ from experiments.figures import (
     trade_off_figure,
     zones_figure,
 )
-from experiments.store import open_run
-from experiments.summary import best_table, ranking, select
-from experiments.sweep import main as sweep
+from hrcjax.sweeps.store import open_run
+from hrcjax.sweeps.summary import best_table, ranking, select
 
 ALL = ["metric-bending-energy", "metric-clearance", "metric-length", "metric-score", "pareto", "paths", "zones"]
 
 
 def make_run(folder: Path, *options: str) -> Path:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "experiments.cell", toy_cell)
+        patch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
         patch.setattr(experiments, "cell", toy_cell, raising=False)
         patch.setattr(sys, "stderr", io.StringIO())
         assert sweep([*options, "--no-figures", "--out", str(folder)]) == 0
@@ -201,14 +201,14 @@ def test_without_a_name_the_newest_run_is_drawn(
     assert main([]) == 2
     assert "no finished run under runs/" in capsys.readouterr().err
     drawn = []
-    monkeypatch.setattr("experiments.figures.draw_run", lambda folder, *_: drawn.append(folder) or [])
+    monkeypatch.setattr("hrcjax.sweeps.figures.draw_run", lambda folder, *_: drawn.append(folder) or [])
     (tmp_path / "runs" / "a").mkdir(parents=True)
     (tmp_path / "runs" / "a" / "results.nc").write_bytes(b"")
     assert main([]) == 0 and drawn == [Path("runs/a")]
 
 
 def test_draw_run_returns_its_files(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import experiments.figures as figures
+    import hrcjax.sweeps.figures as figures
 
     monkeypatch.setattr(figures, "replace_file", lambda path, _: None)
     assert sorted(path.stem for path in draw_run(run)) == ALL

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from experiments.errors import UsageError
-from experiments.inputs.open_input import open_input
+from hrcjax.io.recordings.open_input import open_input
+from hrcjax.lab.errors import UsageError
 
 pytest.importorskip("rosbags", reason="rosbags is an optional part: pip install hrcjax[bags]")
 from rosbags import rosbag1, rosbag2

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from experiments.errors import UsageError
-from experiments.inputs.open_input import open_input
+from hrcjax.io.recordings.open_input import open_input
+from hrcjax.lab.errors import UsageError
 
 POINTS = np.array([[1.0, 2.0, 3.0], [-1.5, 0.25, 4.0], [0.5, 0.5, 0.5]])
 CAMERA = (
@@ -219,7 +219,7 @@ def test_npz_that_is_no_whole_archive(tmp_path):
 
 
 def test_folder_without_clouds_and_file_that_vanished(tmp_path):
-    from experiments.inputs.clouds import open_clouds
+    from hrcjax.io.recordings.clouds import open_clouds
 
     with pytest.raises(UsageError, match="holds no point clouds"):
         open_clouds(tmp_path)

@@ -9,11 +9,11 @@ from PIL import Image
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from experiments.errors import UsageError
-from experiments.inputs.frame import InputFrame, Intrinsics
-from experiments.inputs.images import clean_depth, read_depth
-from experiments.inputs.open_input import open_input
-from experiments.inputs.pose import Trajectory
+from hrcjax.io.recordings.frame import InputFrame, Intrinsics
+from hrcjax.io.recordings.images import clean_depth, read_depth
+from hrcjax.io.recordings.open_input import open_input
+from hrcjax.io.recordings.pose import Trajectory
+from hrcjax.lab.errors import UsageError
 
 SMALL = Intrinsics(50.0, 51.0, 3.5, 2.5, 8, 6)
 

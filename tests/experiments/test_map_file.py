@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.errors import UsageError
-from experiments.map_file import HEADER, _leaves, open_map, save_map
+from hrcjax.io.map_file import HEADER, _leaves, open_map, save_map
+from hrcjax.lab.errors import UsageError
 from hrcjax.map import MapLayout, MapParams, View, empty_map, fuse
 from hrcjax.sense import d435i
 

@@ -11,19 +11,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from configs.map_config import MapConfig
-from experiments.errors import UsageError
-from experiments.inputs.frame import InputFrame, Intrinsics
-from experiments.inputs.open_input import open_input
-from experiments.inputs.source import InputSource
-from experiments.map import main
-from experiments.map_file import open_map
-from experiments.mapping import run_map
-from experiments.mapping.choices import beyond_neighbours, choose_layout, choose_params, levels_for
-from experiments.mapping.frame_check import farthest_coordinate
-from experiments.mapping.labelled_points import labelled_points
-from experiments.mapping.mapper import Mapper
-from experiments.mapping.notices import EACH, MOST, Notices
+from experiments.map import run_map
+from experiments.map.__main__ import main
+from experiments.map.choices import beyond_neighbours, choose_layout, choose_params, levels_for
+from experiments.map.config import MapConfig
+from experiments.map.frame_check import farthest_coordinate
+from experiments.map.labelled_points import labelled_points
+from experiments.map.mapper import Mapper
+from experiments.map.notices import EACH, MOST, Notices
+from hrcjax.io.map_file import open_map
+from hrcjax.io.recordings.frame import InputFrame, Intrinsics
+from hrcjax.io.recordings.open_input import open_input
+from hrcjax.io.recordings.source import InputSource
+from hrcjax.lab.errors import UsageError
 from hrcjax.map import DYNAMIC, MapLayout, MapParams, StreamParams, map_distance
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import render_scene
@@ -428,10 +428,10 @@ def test_the_evaluation_is_printed(monkeypatch, capsys) -> None:
         asked.append(progress)
         return {"error_p95": {"value": 0.004, "unit": "m", "bar": "< 0.01"}, "frames": {"value": 12, "unit": "1"}}
 
-    report = types.ModuleType("experiments.evaluate.report")
+    report = types.ModuleType("experiments.map.evaluate.report")
     report.run_evaluation = run_evaluation  # pyright: ignore[reportAttributeAccessIssue]
-    monkeypatch.setitem(sys.modules, "experiments.evaluate", types.ModuleType("experiments.evaluate"))
-    monkeypatch.setitem(sys.modules, "experiments.evaluate.report", report)
+    monkeypatch.setitem(sys.modules, "experiments.map.evaluate", types.ModuleType("experiments.map.evaluate"))
+    monkeypatch.setitem(sys.modules, "experiments.map.evaluate.report", report)
     assert main(["--evaluate"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any("error_p95" in line and "0.004" in line and "bar < 0.01" in line for line in lines)

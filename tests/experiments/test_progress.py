@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from experiments.progress import Progress, duration
+from hrcjax.lab.progress import Progress, duration
 
 
 @pytest.mark.parametrize(

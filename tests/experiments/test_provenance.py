@@ -4,7 +4,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from experiments.provenance import ROOT, code_digest, commit, file_digest, fingerprint, provenance, versions
+from hrcjax.lab.provenance import ROOT, code_digest, commit, file_digest, fingerprint, provenance, versions
 
 
 def test_code_digest_sees_contents_and_names_but_not_figures(tmp_path: Path) -> None:

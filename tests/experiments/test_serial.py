@@ -13,13 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.benchmarks.serial import fields as serial_fields
-from experiments.benchmarks.serial.clock import Clock, advance
-from experiments.benchmarks.serial.curve import Curve
-from experiments.benchmarks.serial.episode import episode, see
 from hrcjax.field import FieldParams, fit, lower_bound, union_distance_and_gradient
 from hrcjax.geom.cloud import Cloud
 from hrcjax.plan import path_curve
+from hrcjax.reference import fields as serial_fields
+from hrcjax.reference.clock import Clock, advance
+from hrcjax.reference.curve import Curve
+from hrcjax.reference.episode import episode, see
 from hrcjax.robot import load_arm, tool_frame, with_tool
 from hrcjax.safety import INVALID_FRAME, OLD_DATA, TOO_CLOSE, WAITING, ClockParams, ClockState
 from hrcjax.safety import advance as jax_advance

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from toy_cell import ToyParams
 
-from experiments.errors import UsageError
-from experiments.settings import (
+from hrcjax.lab.errors import UsageError
+from hrcjax.sweeps.settings import (
     batch_params,
     check_domain,
     leaf_names,

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from experiments import atomic
-from experiments.errors import StorageError, UsageError
-from experiments.store import newest_run, open_run, open_store
+from hrcjax.lab.errors import StorageError, UsageError
+from hrcjax.sweeps.store import newest_run, open_run, open_store
 
 ARRAYS = {"score": np.arange(3, dtype=np.float32), "zone": np.ones((3, 2), np.int8), "flag": np.array([True, False])}
 RECORD = {"identity": {"axes": {"a": [1, 2]}, "seed": [0]}}
@@ -104,7 +104,9 @@ def test_what_killed_writers_left_is_removed(tmp_path: Path) -> None:
 
 
 def test_only_one_process_writes(tmp_path: Path) -> None:
-    code = f"from experiments.store import open_store\nwith open_store({str(tmp_path)!r}, 'f', {RECORD!r}): print('in')"
+    code = (
+        f"from hrcjax.sweeps.store import open_store\nwith open_store({str(tmp_path)!r}, 'f', {RECORD!r}): print('in')"
+    )
     with open_store(tmp_path, "f", RECORD):
         run = [sys.executable, "-c", code]
         second = subprocess.run(run, cwd=Path(__file__).parents[2], capture_output=True, text=True)

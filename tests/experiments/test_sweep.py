@@ -17,8 +17,8 @@ import xarray as xr
 
 import experiments
 from experiments import atomic, store
-from experiments.store import open_run
-from experiments.sweep import main
+from experiments.sweep.__main__ import main
+from hrcjax.sweeps.store import open_run
 
 TOY = Path(__file__).parent / "toy_sweep.py"
 SMALL = ["--grid", "K_att=log:0.01:0.1:4", "K_rep=lin:0.1:1:3", "zeta=2,4", "--memory", "0.5", "--no-figures"]
@@ -27,9 +27,9 @@ SMALL = ["--grid", "K_att=log:0.01:0.1:4", "K_rep=lin:0.1:1:3", "zeta=2,4", "--m
 @pytest.fixture(autouse=True)
 def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The toy cell in place of the real one, in an empty folder."""
-    monkeypatch.setitem(sys.modules, "experiments.cell", toy_cell)
+    monkeypatch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
     monkeypatch.setattr(experiments, "cell", toy_cell, raising=False)
-    monkeypatch.setattr("experiments.sweep.LOADED_CODE", "toy")  # somebody may edit the package meanwhile
+    monkeypatch.setattr("experiments.sweep.__main__.LOADED_CODE", "toy")  # somebody may edit the package meanwhile
     monkeypatch.chdir(tmp_path)
 
 
@@ -302,7 +302,7 @@ def test_interrupt_says_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys: py
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("experiments.sweep.run_sweep", stop)
+    monkeypatch.setattr("experiments.sweep.__main__.run_sweep", stop)
     assert run("--out", "r") == 130
     assert "the same command resumes" in capsys.readouterr().err
 
@@ -311,8 +311,8 @@ def test_identity_changes_with_everything_that_decides_numbers(tmp_path: Path) -
     from dataclasses import replace
 
     from configs import SweepConfig
-    from experiments.settings import make_settings
-    from experiments.sweep import identity
+    from experiments.sweep.__main__ import identity
+    from hrcjax.sweeps.settings import make_settings
 
     bvh = tmp_path / "a.bvh"
     bvh.write_text("one")

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.traced import traced
+from hrcjax.lab.traced import traced
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_flipped_byte_is_traced_anew(cache: Path, place: int) -> None:
 
 
 def test_code_edited_since_the_start_keeps_nothing(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("experiments.traced.code_digest", lambda: "edited")
+    monkeypatch.setattr("hrcjax.lab.traced.code_digest", lambda: "edited")
     run(program([]), ({"a": jnp.arange(3.0)}, jnp.asarray(4.0)), "one")
     assert not cache.exists()
 

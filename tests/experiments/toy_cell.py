@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from experiments.sweepable import Metric, Sweepable, Trace
+from hrcjax.sweeps.sweepable import Metric, Sweepable, Trace
 
 
 class Potential(eqx.Module):

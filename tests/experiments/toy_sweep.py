@@ -6,8 +6,8 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
 import toy_cell  # noqa: E402  # found through the line above
 
-sys.modules["experiments.cell"] = toy_cell
-import experiments.sweep  # noqa: E402  # it imports the cell
+sys.modules["hrcjax.cells.cell"] = toy_cell
+import experiments.sweep.__main__  # noqa: E402  # it imports the cell
 
-experiments.sweep.LOADED_CODE = "toy"  # somebody may edit the package meanwhile
-sys.exit(experiments.sweep.main())
+experiments.sweep.__main__.LOADED_CODE = "toy"  # somebody may edit the package meanwhile
+sys.exit(experiments.sweep.__main__.main())

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jax.test_util import check_grads as _check_grads
 
-from experiments.benchmarks.serial import policy as serial
 from hrcjax.policy import (
     CollisionParams,
     DampingParams,
@@ -25,6 +24,7 @@ from hrcjax.policy import (
     speed_cap,
     target,
 )
+from hrcjax.reference import policy as serial
 
 reals = st.floats(-2.0, 2.0, allow_subnormal=False)
 vectors = st.tuples(reals, reals, reals).map(np.array)

@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.benchmarks.serial import policy as serial
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.policy import (
     CollisionParams,
@@ -25,6 +24,7 @@ from hrcjax.policy import (
     resolve,
     target,
 )
+from hrcjax.reference import policy as serial
 
 ORDER = ("q", "qd", "tool", "goal", "goal_velocity", "goal_acceleration", "body", "d", "g", "limits", "posture")
 

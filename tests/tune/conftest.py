@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from experiments.cell import TOOL
+from hrcjax.cells.cell import TOOL
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import cell_camera

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.settings import leaf_names, set_leaves
+from hrcjax.lab.parameters import leaf_names, set_leaves
 from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Cell, Params
 from hrcjax.tune import episode_loss

@@ -1,0 +1,78 @@
+"""`python -m experiments.benchmark SECTION`: speed of a part, or of all parts, as a table and as JSON.
+
+A section is a module of this folder with a function `run() -> {row: {"value": number, "unit": text}}`.
+"""
+
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from hrcjax.lab.atomic import write_bytes
+from hrcjax.lab.errors import UsageError, exit_status
+from hrcjax.lab.options import parse_options
+from hrcjax.lab.rows import Row, read_results, table
+
+SECTIONS = ("arm", "field", "grad", "sweep", "map")
+
+
+def run_section(name: str) -> dict[str, Row]:
+    """Measures one section.
+
+    Raises:
+        UsageError: no such section, or its module is not there.
+    """
+    if name not in SECTIONS:
+        raise UsageError(f"no section {name!r}; accepted: {', '.join(SECTIONS)}, all")
+    module = f"{__package__}.{name}"
+    try:
+        section = importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module:
+            raise
+        raise UsageError(f"section {name} has no module {module}") from error
+    return dict(section.run())
+
+
+def benchmark(section: str, json_file: Path | None) -> int:
+    """Measures a section, or all, prints tables and merges the rows into a JSON file."""
+    names = SECTIONS if section == "all" else (section,)
+    results = read_results(json_file) if json_file else {}
+    if json_file and not json_file.parent.is_dir():
+        raise UsageError(f"no folder {json_file.parent} for --json")
+    for name in names:
+        rows = run_section(name)
+        print(table(name, rows) + "\n", flush=True)
+        results[name] = rows
+        if json_file:  # after each section: what was measured is kept
+            write_bytes(json_file, (json.dumps(results, indent=1) + "\n").encode())
+    return 0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """The program; returns its exit status."""
+
+    def program() -> int:
+        def arguments(
+            section: Annotated[str, tyro.conf.Positional],
+            json: Path | None = None,
+        ) -> tuple[str, Path | None]:
+            """Measure speed: as rates, and as ratios to peers measured in the same process.
+
+            Args:
+                section: arm, field, grad, sweep, map or all.
+                json: File to write {section: {row: {value, unit}}} to; sections that it has already stay.
+            """
+            return section, json
+
+        return benchmark(*parse_options(arguments, argv, "python -m experiments.benchmark"))
+
+    return exit_status(program)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The figures of a finished sweep, drawn again."""

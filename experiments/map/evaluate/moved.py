@@ -1,0 +1,110 @@
+"""What changes: an object that is moved, and a person who passes before what stands still. Measured images throughout."""
+
+import numpy as np
+from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]  # made at run time
+
+from hrcjax.map import FieldMap
+from hrcjax.world import motion_named, person_at
+from hrcjax.world.scene import COLUMN
+from hrcjax.world.scenes import Obstacle, make_scene
+
+from .accuracy import Measures
+from .families import Case, plain, robotica_case, with_capsules
+from .queries import project, truth
+from .solids import World
+from .survey import LAYOUT, Frame, look, map_points, number, survey, take
+
+ON_SURFACE, OFF_SURFACE = 0.02, 0.04
+"""A point belongs to a surface nearer than the first, and is apart from one farther than the second [m]."""
+FREE = 0.1
+"""Depth by which an exact image must see behind a stale point, to count it as seen through [m]."""
+LEAST_PIXELS = 16
+"""Pixels of a voxel's surface in an image under which it is not asked for: a tile of the view."""
+
+
+def _table(place: tuple[float, float]) -> World:
+    """Two columns that stay and a box of 16 cm at a place."""
+    columns = [Obstacle(COLUMN, (x, 0.5, 0.1), (0.04, 0.04, 0.1), 0.0, 0.04) for x in (0.1, 0.7)]
+    box = Obstacle(2, (*place, 0.09), (0.08, 0.07, 0.09), 0.3, 0.1)
+    return plain(make_scene([*columns, box], (0.0,) * 3, (0.1,) * 3, (-1.0,) * 3, (1.0,) * 3))
+
+
+def _seen_through(frame: Frame, p: np.ndarray) -> np.ndarray:
+    """Which of the points (point, 3) the exact image sees behind, at their pixel and those beside it."""
+    row, column, z, inside = project(frame, p)
+    least = np.min([frame.exact[row + i, column + j] for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
+    return inside & (least > z + FREE)
+
+
+def moved_box(seed: int) -> Measures:
+    """A box goes from one place to another between two frames; the camera stands still from then on.
+
+    Returns:
+        gone: share of the points of its old place, seen through from there, that have gone after two frames; found:
+        share of the new place's voxels in view that have a point after one frame; and how many each.
+    """
+    draw = np.random.default_rng(seed)
+    x = draw.uniform(0.25, 0.35)
+    before, after = _table((float(x), 0.25)), _table((float(x + 0.25), float(draw.uniform(0.2, 0.3))))
+    case = robotica_case(seed)
+    seen = survey(Case(before, *case[1:]), seed, every=3)
+    old = map_points(seen.state)
+    frames = [look(after, case.eyes[3], case.targets[3], 9000 + 10 * seed + k) for k in range(2)]
+    d_before, _ = truth(before, old)
+    d_after, _ = truth(after, old)
+    stale = (np.abs(d_before) < ON_SURFACE) & (d_after > OFF_SURFACE) & _seen_through(frames[0], old)
+    wanted = new_surface(before, after, frames[0])
+    state, found = seen.state, 0.0
+    for k, frame in enumerate(frames):
+        state, _ = take(state, frame)
+        if k == 0:
+            found = _share_near(state, wanted, LAYOUT.spacing)
+    left = map_points(state)
+    gone = cKDTree(left).query(old[stale])[0] > 1e-3
+    return {"gone": float(np.mean(gone)), "found": found, "stale": int(np.sum(stale)), "new": len(wanted)}
+
+
+def new_surface(before: World, after: World, frame: Frame) -> np.ndarray:
+    """Middles of what an image shows of surfaces that were not there before, voxel by voxel (voxel, 3) [m]."""
+    c, z = frame.camera, frame.exact
+    v, u = np.nonzero(np.isfinite(z) & (z < 4.0))
+    z = z[v, u]
+    local = np.stack([(u - number(c.cx)) / number(c.fx) * z, (v - number(c.cy)) / number(c.fy) * z, z], axis=1)
+    p = (local @ np.asarray(c.rotation).T + np.asarray(c.position)).astype(np.float32)
+    p = p[(np.abs(p) < 2).all(axis=1)]
+    p = p[(truth(before, p)[0] > OFF_SURFACE) & (np.abs(truth(after, p)[0]) < 0.005)]
+    voxel = np.floor((p - np.asarray(LAYOUT.lower)) / LAYOUT.spacing).astype(np.int64)
+    _, index, count = np.unique(voxel @ np.array([1 << 40, 1 << 20, 1]), return_inverse=True, return_counts=True)
+    middle = np.stack([np.bincount(index, p[:, a]) for a in range(3)], axis=1) / count[:, None]
+    return middle[count >= LEAST_PIXELS]
+
+
+def _share_near(state: FieldMap, p: np.ndarray, distance: float) -> float:
+    """Share of places (place, 3) with a point of the map within a distance [m]."""
+    return float(np.mean(cKDTree(map_points(state)).query(p)[0] < distance))
+
+
+def person_passes(seed: int, frames: int = 12) -> Measures:
+    """A person walks between camera and table; what was there before and is hidden meanwhile should stay.
+
+    Returns:
+        lost: share of the points in view, hidden in some frame, that have no point within a voxel's edge afterwards,
+        and how many were hidden.
+    """
+    case = robotica_case(seed)
+    person = motion_named("pass_by", case.world.scene, seed)
+    eye, target = np.asarray([0.4, 2.0, 0.75], np.float32), np.asarray([0.4, 0.3, 0.1], np.float32)
+    seen = survey(case, seed, every=3)
+    state = seen.state
+    for k in range(3):  # the standing camera's own view of it all
+        state, _ = take(state, look(case.world, eye, target, 9500 + k))
+    before = map_points(state)
+    hidden = np.zeros(len(before), bool)
+    for k, t in enumerate(np.linspace(3.0, 5.0, frames)):
+        world = with_capsules(case.world, person_at(person, float(t)))
+        frame = look(world, eye, target, 9600 + 100 * seed + k)
+        row, column, z, inside = project(frame, before)
+        hidden |= inside & (frame.exact[row, column] < z - OFF_SURFACE) & (truth(case.world, before)[0] < ON_SURFACE)
+        state, _ = take(state, frame)
+    lost = cKDTree(map_points(state)).query(before[hidden])[0] > LAYOUT.spacing
+    return {"lost": float(np.mean(lost)), "hidden": int(np.sum(hidden))}

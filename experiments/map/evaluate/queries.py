@@ -1,0 +1,103 @@
+"""Where a map is asked: in free space, near surfaces that were seen."""
+
+from functools import cache
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from .families import Case
+from .parts import in_parts
+from .solids import World, world_distance
+from .survey import PARAMS, Frame, number
+
+NEAR = 0.3
+"""Queries are not farther from surfaces than this [m]."""
+LEAST_VIEWS = 3
+"""A surface counts as seen if so many images show it."""
+LEAST_COSINE = 0.2
+"""And not more aslant than this: cosine between its normal and the ray [1]."""
+AGREE = 0.01
+"""And in the exact image a pixel at its place is no farther in depth than this [m]."""
+DRAWN = 40_000
+PART = 8192
+"""Places that a program takes at once."""
+OFF, STEP, KEPT = 0.01, 0.015, 0.8
+"""Least distance [m], step [m] and cosine [1] of `settled`."""
+
+
+class Queries(NamedTuple):
+    """Places with their exact answers."""
+
+    x: np.ndarray
+    """Places (query, 3) [m]."""
+    distance: np.ndarray
+    """Exact distance (query,) [m]."""
+    gradient: np.ndarray
+    """Exact gradient (query, 3) [1]."""
+
+
+@cache
+def _truth():
+    def truth(world: World, x: jax.Array) -> tuple[jax.Array, jax.Array]:
+        return jax.lax.map(jax.value_and_grad(lambda x: world_distance(world, x)), x, batch_size=1024)
+
+    return jax.jit(truth)
+
+
+def truth(world: World, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Exact distance [m] and gradient [1] at x (query, 3)."""
+    d, g = in_parts(lambda x: _truth()(world, x), x, PART)
+    return d, g
+
+
+def settled(world: World, asked: Queries) -> np.ndarray:
+    """Where a direction away from the nearest surface is well defined (query,).
+
+    More than 1 cm off, and the exact gradient keeps to a cosine of 0.8 within 15 mm along every axis: not next to a place
+    that is equally far from two surfaces.
+    """
+    least = np.ones(len(asked.x))
+    for step in np.concatenate([np.eye(3), -np.eye(3)]) * STEP:
+        turned = truth(world, (asked.x + step).astype(np.float32))[1]
+        least = np.minimum(least, np.sum(turned * asked.gradient, axis=1))
+    return (least > KEPT) & (asked.distance > OFF)
+
+
+def project(frame: Frame, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Row, column and depth of points (point, 3), and whether they are in the image; rows and columns are clipped."""
+    c = frame.camera
+    local = (p - np.asarray(c.position)) @ np.asarray(c.rotation)
+    z = np.where(local[:, 2] > 1e-3, local[:, 2], 1e-3)
+    column = np.rint(local[:, 0] / z * number(c.fx) + number(c.cx))
+    row = np.rint(local[:, 1] / z * number(c.fy) + number(c.cy))
+    inside = (local[:, 2] > 0.01) & (column >= 1) & (column < c.width - 1) & (row >= 1) & (row < c.height - 1)
+    row, column = (np.clip(v, 1, most - 2).astype(int) for v, most in ((row, c.height), (column, c.width)))
+    return row, column, local[:, 2], inside
+
+
+def times_seen(frames: list[Frame], p: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """In how many images a point of a surface was measured (point,).
+
+    An image counts if the point is in it, within the map's limits of depth, not too much aslant; if in the exact image a
+    pixel at its place or beside it has its depth; and if there is a measurement at that pixel.
+    """
+    count = np.zeros(len(p), int)
+    for frame in frames:
+        row, column, z, inside = project(frame, p)
+        way = np.asarray(frame.camera.position) - p
+        facing = np.sum(way * normal, axis=1) > LEAST_COSINE * np.linalg.norm(way, axis=1)
+        near = np.min([np.abs(frame.exact[row + i, column + j] - z) for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
+        valid = (z > number(PARAMS.near)) & (z < number(PARAMS.far)) & (frame.measured[row, column] > 0)
+        count += inside & facing & (near < AGREE) & valid
+    return count
+
+
+def held_out(case: Case, frames: list[Frame], count: int, seed: int) -> Queries:
+    """Places drawn evenly in the case's box: outside all solids, near surfaces, the nearest point of which was seen."""
+    x = np.random.default_rng(seed).uniform(case.lower, case.upper, (DRAWN, 3)).astype(np.float32)
+    d, g = truth(case.world, x)
+    near = np.nonzero((d > 0) & (d < NEAR))[0][: 4 * count]
+    x, d, g = x[near], d[near], g[near]
+    seen = times_seen(frames, x - d[:, None] * g, g) >= LEAST_VIEWS
+    return Queries(*(v[seen][:count] for v in (x, d, g)))

@@ -1,0 +1,146 @@
+"""Rows of the evaluation: names, units and bars, from what was measured."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .accuracy import BOUND_RANGE, Measures
+
+Rows = dict[str, dict[str, Any]]
+
+PEERS = {
+    "nearest_map": "nearest point of the map",
+    "nearest_supported": "nearest measured pixel, one a voxel, flying pixels filtered",
+    "nearest_raw": "nearest measured pixel, one a voxel",
+    "voxels_map": "distance transform of the map's voxels",
+    "voxels_supported": "distance transform, flying pixels filtered",
+    "voxels_raw": "distance transform of all measured voxels",
+}
+"""Other methods on the same images."""
+FIGURES = (
+    ("rmse", 1e3, "mm", "< 10, below all peers"),
+    ("cosine", 1.0, "1", "> 0.99"),
+    ("over", 1e3, "mm", "< 3"),
+    ("coverage", 1.0, "1", "0.93 to 0.99"),
+)
+"""What is given for each family: name, factor, unit, bar."""
+
+
+def row(value: float, unit: str, bar: str | None = None) -> dict[str, Any]:
+    """One row."""
+    return {"value": value, "unit": unit, "bar": bar}
+
+
+def _key(figure: str, method: str) -> str:
+    return f"{figure}_{method}" if figure in ("rmse", "cosine") else figure
+
+
+def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
+    """Distance, gradient and bound: of every family the mean over its seeds, then mean and worst over families."""
+    means = {name: {k: float(np.mean([m[k] for m in cases])) for k in cases[0]} for name, cases in families.items()}
+    rows: Rows = {}
+    for figure, factor, unit, bar in FIGURES:
+        values = {name: factor * mean[_key(figure, "ours")] for name, mean in means.items()}
+        for name, value in values.items():
+            rows[f"{figure}.{name}"] = row(value, unit, bar)
+        worst = min(values.values()) if figure == "cosine" else max(values.values())
+        rows[f"{figure}.mean"] = row(float(np.mean(list(values.values()))), unit, bar)
+        if figure == "coverage":
+            rows["coverage.least"] = row(min(values.values()), "1, least family", bar)
+        ending = ("most", "most covered family") if figure == "coverage" else ("worst", "worst family")
+        rows[f"{figure}.{ending[0]}"] = row(worst, f"{unit}, {ending[1]}", bar)
+        if figure in ("rmse", "cosine"):
+            method = f"{unit}, without the correction for curvature"
+            rows[f"{figure}_plain.mean"] = row(factor * _mean(means, _key(figure, "plain")), method)
+            for family, mean in means.items():
+                rows[f"{figure}_plain.{family}"] = row(factor * mean[_key(figure, "plain")], method)
+            for peer, words in PEERS.items():
+                rows[f"{figure}_{peer}.mean"] = row(factor * _mean(means, _key(figure, peer)), f"{unit}, {words}")
+    place = "1, more than 1 cm off and not next to the middle between surfaces"
+    for name, words in (("ours", ""), ("plain", ", plain"), ("nearest_map", ", nearest point of the map")):
+        rows[f"settled_cosine_{name}.mean"] = row(_mean(means, f"settled_cosine_{name}"), place + words)
+    rows["cosine_exact_points.mean"] = row(
+        _mean(means, "cosine_exact_points"), "1, plain gradient, if all points of the map lay on the exact surfaces"
+    )
+    rows["settled.mean"] = row(_mean(means, "settled"), "1, share of such places")
+    rows["no_gradient.mean"] = row(_mean(means, "no_gradient"), "1, share of places where the plain gradient is 0")
+    for peer in ("nearest_map", "nearest_supported", "voxels_map", "voxels_supported"):
+        ratio = max(mean["rmse_ours"] / mean[f"rmse_{peer}"] for mean in means.values())
+        rows[f"rmse_over_{peer}.worst"] = row(ratio, "of that method's, worst family", "< 1")
+    bands = [name.removeprefix("band_rmse_") for name in next(iter(means.values())) if name.startswith("band_rmse_")]
+    for band in (name for name in bands if not name.startswith("nearest")):
+        place = f"{band.replace('_', ' to ')} mm off"
+        rows[f"rmse_at_{band}.mean"] = row(1e3 * _mean(means, f"band_rmse_{band}"), f"mm, {place}")
+        nearest = f"mm, {place}, nearest point of the map"
+        rows[f"rmse_nearest_map_at_{band}.mean"] = row(1e3 * _mean(means, f"band_rmse_nearest_{band}"), nearest)
+        rows[f"cosine_at_{band}.mean"] = row(_mean(means, f"band_cosine_{band}"), f"1, {place}")
+        rows[f"cosine_plain_at_{band}.mean"] = row(_mean(means, f"band_cosine_plain_{band}"), f"1, {place}, plain")
+        rows[f"coverage_at_{band}.mean"] = row(_mean(means, f"band_cover_{band}"), f"1, {place}")
+    queries = sum(m["queries"] for cases in families.values() for m in cases)
+    rows["queries"] = row(queries, "held-out places")
+    rows["incomplete_blocks"] = row(sum(m["faults"] for cases in families.values() for m in cases), "blocks", "0")
+    return rows
+
+
+def _mean(means: Mapping[str, Measures], key: str) -> float:
+    """Over families; of those that have queries there."""
+    return float(np.nanmean([mean[key] for mean in means.values()]))
+
+
+def bound_rows(excess: np.ndarray, distance: np.ndarray) -> Rows:
+    """The bound at all places of all worlds together.
+
+    Args:
+        excess: what the bound reads too far (place,) [m].
+        distance: the exact distances there (place,) [m].
+    """
+    over = 1e3 * float(np.percentile(excess[distance < BOUND_RANGE], 99))
+    return {
+        "over.all": row(over, "mm, all places together", "< 3"),
+        "coverage.all": row(float(np.mean(excess <= 0)), "1, all places together", "0.93 to 0.99"),
+    }
+
+
+def normal_rows(noisy: Mapping[str, Measures], clean: Mapping[str, Measures], mapped: Measures) -> Rows:
+    """Normals and curvatures: the worst body of the samples, each body's curvatures, and those of a map."""
+    rows: Rows = {}
+    for kind, words in (("hessian", "Hessian alone"), ("normal", "Hessian and fit")):
+        for figure, bar in (("median", "< 4"), ("p95", "< 12")):
+            worst = max(m[f"{kind}_{figure}"] for m in noisy.values())
+            rows[f"{kind}_2mm_{figure}.worst"] = row(worst, f"degrees, {words}, worst body", bar)
+    for name, measures in noisy.items():
+        if "curvature_p95" in measures:
+            rows[f"curvature_2mm.{name}"] = row(measures["curvature_p95"], "1, 95th percentile", "< 0.1")
+            rows[f"curvature_clean.{name}"] = row(clean[name]["curvature_p95"], "1, 95th percentile", "< 0.1")
+    rows["surface_refused.samples"] = row(max(m["refused"] for m in noisy.values()), "1, worst body")
+    for figure, unit, bar in (
+        ("normal_median", "degrees, on the map of smooth bodies", "< 4"),
+        ("normal_p95", "degrees, on the map of smooth bodies", "< 12"),
+        ("curvature_median", "1, on the map of smooth bodies", "< 0.1"),
+        ("curvature_p95", "1, on the map of smooth bodies", None),
+        ("refused", "1, share refused on the map of smooth bodies", None),
+    ):
+        rows[f"map_{figure}"] = row(mapped[figure], unit, bar)
+    return rows
+
+
+def change_rows(moved: Sequence[Measures], passed: Sequence[Measures]) -> Rows:
+    """Moved object and passing person: the worst of the seeds."""
+    return {
+        "moved_gone": row(min(m["gone"] for m in moved), "1, stale points gone after 2 frames", ">= 0.95"),
+        "moved_found": row(min(m["found"] for m in moved), "1, new surface found after 1 frame", ">= 0.95"),
+        "hidden_lost": row(max(m["lost"] for m in passed), "1, hidden points lost behind a person", "< 0.01"),
+    }
+
+
+def real_rows(found: Measures | None) -> Rows:
+    """The recorded frames."""
+    if found is None:
+        return {"real_median": row(float("nan"), "mm; the recording is not there", "< 25")}
+    return {
+        "real_median": row(1e3 * found["median"], "mm, held-out points of a frame to the zero of the others", "< 25"),
+        "real_median.worst": row(1e3 * found["worst"], "mm, worst frame", "< 25"),
+        "real_p90": row(1e3 * found["p90"], "mm, 90th percentile"),
+        "real_refused": row(found["refused"], "of 5 frames a stream would refuse: poses leap"),
+    }

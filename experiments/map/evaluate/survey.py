@@ -1,0 +1,166 @@
+"""A world seen from all its places by a simulated D435i: the map, and what other methods are given of the same images."""
+
+from functools import cache
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike
+
+from hrcjax.map import FieldMap, FrameReport, MapLayout, MapParams, View, empty_map, fuse
+from hrcjax.map.take import surface_view
+from hrcjax.sense import Camera, NoiseParams, d435i
+from hrcjax.sense.noise import measure
+from hrcjax.sense.points import supported as supported_pixels
+
+from .families import Case
+from .solids import World, render_world
+
+LAYOUT = MapLayout(lower=(-2.0, -2.0, -0.2), shape=(40, 40, 20))
+PARAMS = MapParams()
+
+
+LEAST_PIXELS = 16
+"""Pixels of all images together under which a voxel is taken for one of flying pixels, for other methods."""
+
+
+def number(value: ArrayLike) -> float:
+    """A scalar on the host."""
+    return float(np.asarray(value))
+
+
+class Frame(NamedTuple):
+    """One image, on the host."""
+
+    camera: Camera
+    exact: np.ndarray
+    """Depth without errors; infinity: nothing (height, width) [m]."""
+    measured: np.ndarray
+    """What the camera says; 0: nothing (height, width) [m]."""
+
+
+class Survey(NamedTuple):
+    """A map and its frames."""
+
+    state: FieldMap
+    frames: list[Frame]
+    raw: np.ndarray
+    """Measured pixels, one in each voxel, drawn at random (point, 3) [m]."""
+    supported: np.ndarray
+    """The same of pixels that their neighbours support, in voxels that hold many of them (point, 3) [m]."""
+    faults: int
+    """Blocks of any frame that found no place."""
+
+
+@cache
+def _look():
+    def look(world: World, eye: jax.Array, target: jax.Array, key: jax.Array) -> tuple[Camera, jax.Array, jax.Array]:
+        camera = d435i(eye, target, 1)
+        exact = render_world(camera, world)
+        return camera, exact, measure(exact, camera, key, NoiseParams())
+
+    return jax.jit(look)
+
+
+@cache
+def _fuse():
+    def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
+        return fuse(LAYOUT, PARAMS, state, camera, surface_view(PARAMS, camera, depth))
+
+    return jax.jit(step, donate_argnums=0)
+
+
+@cache
+def _rest():
+    def rest(state: FieldMap, camera: Camera, view: View) -> tuple[FieldMap, FrameReport]:
+        nothing = View(view.points, jnp.zeros_like(view.mask), view.variance, jnp.zeros_like(view.depth))
+        return fuse(LAYOUT, PARAMS, state, camera, nothing)
+
+    return jax.jit(rest, donate_argnums=0)
+
+
+@cache
+def _supported():
+    return jax.jit(lambda depth: supported_pixels(depth))
+
+
+def look(world: World, eye: np.ndarray, target: np.ndarray, seed: int) -> Frame:
+    """One image of a world with the errors of a D435i."""
+    camera, exact, measured = _look()(world, jnp.asarray(eye), jnp.asarray(target), jax.random.key(seed))
+    return Frame(camera, np.asarray(exact), np.asarray(measured))
+
+
+def take(state: FieldMap, frame: Frame) -> tuple[FieldMap, FrameReport]:
+    """The map after one image. The old map is given up."""
+    return _fuse()(state, frame.camera, jnp.asarray(frame.measured))
+
+
+def settle(state: FieldMap, camera: Camera) -> FieldMap:
+    """The map after all weights that wait are fitted, by frames that see nothing."""
+    tiles = (camera.height // 4, camera.width // 4)
+    count = tiles[0] * tiles[1]
+    view = View(jnp.zeros((count, 3)), jnp.zeros(count, bool), jnp.ones(count), jnp.zeros(tiles))
+    for _ in range(20):
+        if not any(bool(np.any(np.asarray(stale))) for stale in state.stale):
+            break
+        state, _ = _rest()(state, camera, view)
+    return state
+
+
+def map_points(state: FieldMap) -> np.ndarray:
+    """The points of level 0 (point, 3) [m]."""
+    rows = np.asarray(state.levels[0].rows)
+    return np.moveaxis(rows[:, :3], 1, 2)[rows[:, 3] > 0]
+
+
+def pixels(frame: Frame, z: np.ndarray) -> np.ndarray:
+    """All pixels of a measured image z [m] within the depths that the map takes, in the world (pixel, 3) [m]."""
+    c = frame.camera
+    v, u = np.nonzero((z > number(PARAMS.near)) & (z < number(PARAMS.far)))
+    z = z[v, u]
+    local = np.stack([(u - number(c.cx)) / number(c.fx) * z, (v - number(c.cy)) / number(c.fy) * z, z], axis=1)
+    return (local @ np.asarray(c.rotation).T + np.asarray(c.position)).astype(np.float32)
+
+
+class RandomThinning:
+    """One point in each voxel of the map, each of those that fell into it with the same probability."""
+
+    def __init__(self, seed: int) -> None:
+        self.draw = np.random.default_rng(seed)
+        self.shape = np.asarray(LAYOUT.shape) * 4
+        self.best = np.full(int(np.prod(self.shape)), -1.0, np.float32)
+        self.points = np.zeros((len(self.best), 3), np.float32)
+        self.count = np.zeros(len(self.best), np.int32)
+
+    def add(self, points: np.ndarray) -> None:
+        """More points (point, 3) [m]."""
+        place = np.floor((points - np.asarray(LAYOUT.lower, np.float32)) / np.float32(LAYOUT.spacing)).astype(np.int32)
+        inside = np.all((place >= 0) & (place < self.shape), axis=1)
+        points, place = points[inside], place[inside]
+        voxel = (place[:, 0] * self.shape[1] + place[:, 1]) * self.shape[2] + place[:, 2]
+        self.count += np.bincount(voxel, minlength=len(self.count)).astype(np.int32)
+        lot = self.draw.random(len(points), np.float32)
+        better = lot > self.best[voxel]
+        voxel, lot, points = voxel[better], lot[better], points[better]
+        order = np.argsort(lot)  # of several that are written to one place the last one stays
+        self.best[voxel[order]] = lot[order]
+        self.points[voxel[order]] = points[order]
+
+    def result(self, least: int = 1) -> np.ndarray:
+        """The points that were kept (point, 3), in voxels into which at least so many fell [m]."""
+        return self.points[self.count >= least]
+
+
+def survey(case: Case, seed: int, every: int = 1) -> Survey:
+    """Takes the images of a case, or every n-th of them, into a map."""
+    state, frames, faults, raw, supported = empty_map(LAYOUT), [], 0, RandomThinning(seed), RandomThinning(seed)
+    for k, (eye, target) in enumerate(zip(case.eyes[::every], case.targets[::every], strict=True)):
+        frame = look(case.world, eye, target, 100 * seed + k)
+        state, report = take(state, frame)
+        faults += int(report.lost) + int(report.unseen) + int(report.left_out)
+        raw.add(pixels(frame, frame.measured))
+        supported.add(pixels(frame, np.where(_supported()(frame.measured), frame.measured, 0)))
+        frames.append(frame)
+    state = settle(state, frames[-1].camera)
+    return Survey(state, frames, raw.result(), supported.result(LEAST_PIXELS), faults)

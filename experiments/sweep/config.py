@@ -1,0 +1,80 @@
+"""What can be set on the command line of the sweep."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from hrcjax.lab.configs import config_name, read_config
+from hrcjax.lab.options import parse_options
+
+DESCRIPTION = """Run the whole system for many settings of its parameters, and keep all results in one labelled file.
+
+By default: 16 x 16 x 8 settings of K_att, K_rep and zeta in the paper's scene with a person who reaches in.
+Killed at any moment, the same command resumes and ends with the same numbers.
+
+Examples:
+
+  Does it work? 32 settings:
+    python -m experiments.sweep --quick
+
+  The paper's sweep, but with a recorded person in cluttered scenes of three seeds:
+    python -m experiments.sweep --scene clutter --person path/to/motion.bvh --seed 0 1 2
+
+  Other parameters: 256 Sobol samples of a length-scale and of a gain of the motion policy:
+    python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
+
+--list shows all parameters; a name's last part is enough where only one parameter ends so. Capitals matter where an alias
+(K_rep) and another parameter (policy.collision.k_rep) would be the same without; results use the names in small letters.
+
+In a notebook: from hrcjax.sweeps.store import open_run; open_run("runs/...").score_overall.sel(zeta=5)"""
+
+
+@dataclass(frozen=True)
+class SweepConfig:
+    """Run the whole system for many settings of its parameters, and keep all results in one labelled file."""
+
+    config: str = "paper"
+    """Named settings to start from: paper, quick, people, or a TOML file of options. Options given here override them."""
+    scene: tuple[str, ...] = ("robotica",)
+    """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
+    person: tuple[str, ...] = ("reach_in",)
+    """People: names of motions (reach_in, pass_by, stand_and_work, nobody) or BVH files."""
+    seed: tuple[int, ...] = (0,)
+    """Seeds of the camera's noise, of the person's variation and of cluttered scenes."""
+    grid: tuple[str, ...] = ("K_att=log:0.005:0.1:16", "K_rep=log:1e-6:1e-3:16", "zeta=lin:1.5:5:8")
+    """Axes; they replace the default ones: NAME=lin:LOW:HIGH:COUNT, NAME=log:LOW:HIGH:COUNT or NAME=V1,V2,..."""
+    sobol: int = 0
+    """Number of Sobol samples inside the ranges of --grid; 0: all combinations."""
+    sobol_seed: int = 0
+    """Seed of the scrambling of the Sobol samples."""
+    out: Path | None = None
+    """Folder of the run; runs/sweep-SCENE-PERSON-FINGERPRINT if not given, so that the same command resumes."""
+    quick: bool = False
+    """At most 4 x 4 x 2 settings (or 16 samples)."""
+    memory: float = 1000.0
+    """Memory for the settings computed together [MB]. Fixes the size of chunks."""
+    backend: Literal["folded", "mjx"] = "folded"
+    """Dynamics of the arm: the fast folded model, or MuJoCo XLA."""
+    by: str = ""
+    """Metric that ranks the settings in the table; the score if not given."""
+    best: int = 5
+    """Rows of the table."""
+    figures: bool = True
+    """Draw the figures into the folder at the end."""
+    overwrite: bool = False
+    """Discard another run that is in the folder."""
+    list: bool = False
+    """Show all parameters that can be swept, and stop."""
+
+
+def parse(argv: Sequence[str]) -> SweepConfig:
+    """The settings from the command line.
+
+    Raises:
+        UsageError: an unknown option or config, a value of the wrong type.
+        SystemExit: with status 0 after --help.
+    """
+    name = config_name(argv, SweepConfig.config)
+    start = replace(read_config(SweepConfig, "sweep", name), config=name)
+    return parse_options(SweepConfig, argv, "python -m experiments.sweep", description=DESCRIPTION, default=start)

@@ -1,0 +1,191 @@
+"""One run of the sweep: from options to a folder with results and figures."""
+
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from hrcjax.lab.errors import StorageError, UsageError, one_line
+from hrcjax.lab.field_docs import leaf_docs
+from hrcjax.lab.parameters import leaf_names
+from hrcjax.lab.progress import duration
+from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance, versions
+from hrcjax.sweeps.dataset import taken_names, world_shape, write_results
+from hrcjax.sweeps.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
+from hrcjax.sweeps.settings import Settings, make_settings
+from hrcjax.sweeps.store import RESULTS, RunStore, open_run, open_store
+from hrcjax.sweeps.summary import best_table
+from hrcjax.sweeps.sweepable import Sweepable
+
+from .config import SweepConfig
+
+
+def _people(config: SweepConfig) -> list[dict[str, str]]:
+    """People by name, and recorded ones also by what is in their file."""
+    return [
+        {"name": name, **({"sha256": file_digest(path)} if (path := Path(name)).is_file() else {})}
+        for name in config.person
+    ]
+
+
+def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
+    """Everything that decides the numbers of a run, as JSON values."""
+    used = versions()
+    return {
+        "scene": list(config.scene),
+        "person": _people(config),
+        "seed": list(config.seed),
+        "axes": {axis.name: list(axis.values) or [axis.scale, axis.low, axis.high] for axis in settings.axes},
+        "sobol": [settings.count, config.sobol_seed] if config.sobol else [],
+        "quick": config.quick,
+        "backend": config.backend,
+        "chunk": chunk,
+        "x64": bool(jax.config.jax_enable_x64),  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
+        "params": leaf_names(problem.params),
+        "versions": {name: used[name] for name in ("jax", "jaxlib", "mujoco", "mujoco-mjx", "numpy", "scipy")},
+        "code": LOADED_CODE,
+    }
+
+
+def _list_parameters(problem: Sweepable) -> str:
+    short = {full: alias for alias, full in problem.aliases.items()}
+    docs = leaf_docs(problem.params)
+    lines = []
+    for name, default in leaf_names(problem.params).items():
+        domain = problem.domains.get(name)
+        bounds = f"[{domain[0]:g}, {domain[1]:g}]" if domain else ""
+        description, unit = docs.get(name, ("", "1"))
+        lines.append([name, f"{default:g}", unit, bounds, short.get(name, ""), description])
+    table = [["parameter", "default", "unit", "domain", "alias", "meaning"], *lines]
+    widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in table
+    )
+
+
+def _build(config: SweepConfig) -> Sweepable:
+    from hrcjax.cells.cell import build_cell  # here, so that --help and wrong options answer at once
+
+    try:
+        return build_cell(config.scene, config.person, config.seed, config.backend)
+    except (ValueError, OSError) as error:
+        raise UsageError(one_line(error)) from error
+
+
+def _check(config: SweepConfig) -> None:
+    for option in ("scene", "person", "seed"):
+        values = getattr(config, option)
+        if not values:
+            raise UsageError(f"--{option} is empty")
+        if len(set(values)) < len(values):
+            raise UsageError(f"--{option}: a value is given twice")
+    for seed in config.seed:
+        if not 0 <= seed < 2**32:
+            raise UsageError(f"--seed {seed}: accepted is 0 to {2**32 - 1}")
+    if not 0 < config.memory < float("inf"):
+        raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
+    if config.best < 1:
+        raise UsageError(f"--best {config.best}: accepted is 1 or more")
+
+
+def _default_folder(config: SweepConfig, mark: str) -> Path:
+    people = "+".join(Path(name).stem for name in config.person)
+    return Path("runs") / f"sweep-{'+'.join(config.scene)}-{people}-{mark[:8]}"
+
+
+def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int, attrs: dict[str, Any]) -> None:
+    """Assembles results.nc from the chunks."""
+    slices = chunk_slices(settings.count, chunk)
+
+    def read(key: str, name: str) -> Any:
+        arrays = store.read(key, only=name)
+        if arrays is None or name not in arrays:
+            raise StorageError(f"{key} in {store.folder} was damaged after it was written; run the same command again")
+        return arrays[name]
+
+    def chunks(world: int, name: str) -> Any:
+        return ((place, read(chunk_key(world, c), name)) for c, place in enumerate(slices))
+
+    write_results(store.folder, problem, settings, chunks, lambda world, name: read(world_key(world), name), attrs)
+
+
+def run(config: SweepConfig) -> int:
+    """Runs or resumes a sweep; returns the exit status: 0, or 3 if some results are not finite."""
+    begin = time.monotonic()
+    _check(config)
+    problem = _build(config)
+    if config.list:
+        print(_list_parameters(problem))
+        return 0
+    by = config.by or problem.rank
+    if by not in problem.metrics:
+        raise UsageError(f"--by {by}: no such metric; accepted: {', '.join(problem.metrics)}")
+    settings = make_settings(
+        config.grid,
+        problem.params,
+        aliases=problem.aliases,
+        domains=problem.domains,
+        samples=config.sobol,
+        sample_seed=config.sobol_seed,
+        quick=config.quick,
+        taken=taken_names(problem),
+    )
+    world_shape(problem)
+    chunk = chunk_size(settings.count, config.memory, problem.bytes_per_setting)
+    for text in problem.notes:
+        print(text, file=sys.stderr, flush=True)
+    who = identity(config, problem, settings, chunk)
+    mark = fingerprint(who)
+    folder = config.out or _default_folder(config, mark)
+    origin = provenance()
+    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
+    record = {"program": "sweep", "config": asked, "provenance": origin, "identity": who}
+    attrs = {"title": "sweep", "rank": by, "trade_off": list(problem.trade_off), "fingerprint": mark}
+    attrs |= {"config": asked, **origin, "statuses": {str(k): v for k, v in problem.statuses.items()}}
+    worlds = len(problem.worlds)
+    where = f" in {worlds} worlds" if worlds > 1 else ""
+    print(f"{settings.count} settings{where} -> {folder}", file=sys.stderr, flush=True)
+    with open_store(folder, mark, record, config.overwrite) as store:
+        tally = run_sweep(problem, settings, store, chunk, config.memory)
+        done = store.finished()
+        if done is None or tally.computed:
+            if done is not None:
+                done.close()
+            _finish(problem, settings, store, chunk, attrs)
+        else:
+            done.close()
+        if config.figures:
+            print("drawing figures", file=sys.stderr, flush=True)
+            _draw(folder, by)
+    return _report(config, problem, folder, by, tally, time.monotonic() - begin)
+
+
+def _draw(folder: Path, by: str) -> None:
+    from hrcjax.sweeps.figures import draw_run  # here: drawing is slow to import, and not always wanted
+
+    draw_run(folder, by)
+
+
+def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tally: Tally, seconds: float) -> int:
+    with open_run(folder) as results:
+        better = "lowest" if problem.metrics[by][1] == "low" else "highest"
+        over = ", means over all worlds" if len(problem.worlds) > 1 else ""
+        none = "" if (results.status == 0).any() else "; all of them failed"
+        print(f"\nBest settings ({better} {by}{over}; failed ones come last{none}):")
+        print(best_table(results, by, config.best))
+    total = sum(tally.statuses.values())
+    failed = {code: times for code, times in sorted(tally.statuses.items()) if code > 0}
+    for code, times in failed.items():
+        print(f"{times} of {total} results: {problem.statuses.get(code, f'status {code}')}")
+    rate = f", {tally.computed / tally.compute_seconds:.3g} settings/s" if tally.computed else ""
+    compiled = f" ({duration(tally.compile_seconds)} of it compilation{rate})" if tally.computed else ""
+    print(f"\nTook {duration(seconds)}{compiled}.")
+    print(f"Results: {folder / RESULTS}" + (f"; figures: {folder / 'figures'}" if config.figures else ""))
+    if tally.not_finite:
+        text = f"warning: {tally.not_finite} of {total} results are not finite, or a command was not (status -1 in the dataset)"
+        print(text, file=sys.stderr, flush=True)
+        return 3
+    return 0

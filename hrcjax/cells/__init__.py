@@ -1,0 +1,1 @@
+"""Named cells: parts with defaults, domains and metrics, ready to be swept."""

@@ -1,0 +1,1 @@
+"""Files read and written: recordings of depth, motions of people, maps, points."""

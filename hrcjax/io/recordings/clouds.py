@@ -1,0 +1,67 @@
+"""Point clouds of PLY and NPZ files: one file, or a folder of them."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hrcjax.io.recordings.files import files_with
+from hrcjax.io.recordings.frame import InputFrame
+from hrcjax.io.recordings.npz_file import measured_points, read_npz
+from hrcjax.io.recordings.ply_file import read_ply
+from hrcjax.io.recordings.source import InputSource, Skip
+from hrcjax.lab.errors import UsageError
+
+SUFFIXES = (".ply", ".npz")
+
+
+def open_clouds(path: Path, origin: Sequence[float] | None = None, rate: float = 30.0) -> InputSource:
+    """A PLY or NPZ file, or a folder of such files in natural order (2 before 10).
+
+    A PLY file is one frame, in the axes of the world. Its sensor stood at `origin`; without it, at the position of the
+    file's element `camera` (view_px, view_py, view_pz); without that, at the world's origin. What an NPZ file holds is
+    said at `read_npz`; it says its own poses. Points that are not finite or lie at the sensor itself are left out.
+
+    Args:
+        path: the file or folder.
+        origin: of the sensor in the world (3,) [m], for all PLY files.
+        rate: files, or stacked frames, a second [Hz], where there are no stamps.
+
+    Raises:
+        UsageError: no such file, an empty folder, an origin or rate that is no position or rate.
+    """
+    path = Path(path)
+    files = files_with(path, SUFFIXES) if path.is_dir() else [path]
+    if not files:
+        raise UsageError(f"{path} holds no point clouds: accepted are files *.ply and *.npz")
+    if not path.exists():
+        raise UsageError(f"no point cloud at {path}: accepted is a file *.ply or *.npz, or a folder of them")
+    given = None if origin is None else np.array(origin, np.float64)
+    if given is not None and (given.shape != (3,) or not np.isfinite(given).all()):
+        raise UsageError(
+            f"the origin of the sensor is {tuple(origin or ())}: accepted are three finite numbers x y z [m]"
+        )
+    if not (np.isfinite(rate) and rate > 0):
+        raise UsageError(f"the rate of frames is {rate}: accepted is a positive number")
+    if given is not None and all(file.suffix.lower() == ".npz" for file in files):
+        raise UsageError(
+            f"{path} holds no PLY file for the origin: NPZ files say the sensor's place by the key position"
+        )
+
+    def read(skip: Skip) -> Iterator[InputFrame]:
+        index = 0
+        for file in files:
+            if file.suffix.lower() == ".npz":
+                index += yield from read_npz(file, index, rate, skip)
+                continue
+            index += 1
+            points, camera = read_ply(file)
+            position = given if given is not None else camera if camera is not None else np.zeros(3)
+            cloud = measured_points(points - position)
+            if len(cloud):
+                yield InputFrame((index - 1) / rate, "", None, cloud, None, np.eye(3), position)
+            else:
+                skip(f"{file.name}: no finite point")
+
+    every_ply = all(file.suffix.lower() == ".ply" for file in files)
+    return InputSource(path, "point clouds", len(files) if every_ply else None, read)

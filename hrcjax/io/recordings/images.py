@@ -1,0 +1,75 @@
+"""Depth and color images, read by the library Pillow."""
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from hrcjax.io.recordings.frame import Intrinsics
+from hrcjax.lab.errors import UsageError
+
+DEPTH_SUFFIXES = (".pgm", ".png")
+COLOR_SUFFIXES = (".png", ".jpg", ".jpeg", ".ppm")
+ACCEPTED_DEPTH = "a whole PGM or PNG image of one channel with 16 bits"
+
+
+def clean_depth(depth: np.ndarray) -> np.ndarray:
+    """Depth as float32 [m]; what is not finite or negative becomes 0, no measurement."""
+    depth = np.asarray(depth, np.float32)
+    return np.where(np.isfinite(depth) & (depth > 0), depth, np.float32(0))
+
+
+def read_depth(path: Path, per_metre: float, intrinsics: Intrinsics) -> np.ndarray:
+    """Depth, float32 (height, width) [m]; 0: no measurement.
+
+    Args:
+        path: a 16-bit PGM or PNG image.
+        per_metre: the image's number for one metre.
+        intrinsics: of the camera; its size must be the image's.
+
+    Raises:
+        UsageError: a missing or truncated image, another kind of image, another size than the intrinsics say.
+    """
+    try:
+        with Image.open(path) as image:
+            # Pillow stretches PGM numbers whose maximum is not 65535 to 65535; its decoder "ppm" carries that maximum.
+            stretched = next((tile for tile in image.tile if tile[0].startswith("ppm")), None)
+            mode, raw = image.mode, np.asarray(image)
+    except Exception as error:  # the library raises errors of many types on broken files
+        raise _unreadable("depth", path, error, ACCEPTED_DEPTH) from error
+    if not mode.startswith("I") or raw.ndim != 2:
+        raise UsageError(f"depth image {path} has pixels of type {mode}: accepted is {ACCEPTED_DEPTH}")
+    if raw.shape != (intrinsics.height, intrinsics.width):
+        raise UsageError(
+            f"depth image {path} has {raw.shape[1]}x{raw.shape[0]} pixels, the intrinsics are of "
+            f"{intrinsics.width}x{intrinsics.height}: give the intrinsics of this camera"
+        )
+    numbers = raw.astype(np.float64)
+    if stretched is not None:
+        arguments = stretched[3]
+        numbers = np.round(numbers * (arguments[-1] if isinstance(arguments, tuple) else arguments) / 65535)
+    return clean_depth(numbers / per_metre)
+
+
+def read_color(path: Path, height: int, width: int) -> np.ndarray:
+    """Color, uint8 (height, width, 3): red, green, blue.
+
+    Raises:
+        UsageError: a truncated image, or not of the depth's size.
+    """
+    accepted = f"a whole image of the depth's size {width}x{height}; without color images the depth is read alone"
+    try:
+        with Image.open(path) as image:
+            color = np.array(image.convert("RGB"))
+    except Exception as error:
+        raise _unreadable("color", path, error, accepted) from error
+    if color.shape[:2] != (height, width):
+        raise UsageError(f"color image {path} has {color.shape[1]}x{color.shape[0]} pixels: accepted is {accepted}")
+    return color
+
+
+def _unreadable(what: str, path: Path, error: Exception, accepted: str) -> UsageError:
+    if isinstance(error, FileNotFoundError):
+        return UsageError(f"{what} image {path} is missing: accepted is {accepted}")
+    detail = " ".join(str(error).split()).replace(repr(str(path)), "it")
+    return UsageError(f"{what} image {path} cannot be read ({detail or type(error).__name__}): accepted is {accepted}")

@@ -1,0 +1,101 @@
+"""The joints of an arm over time, and the frames of a recording for which they are known."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hrcjax.io.recordings.frame import InputFrame
+from hrcjax.io.recordings.source import InputSource, Skip
+from hrcjax.lab.errors import UsageError
+
+TOLERANCE = 0.1
+"""How far outside of the record a frame may be; the first and the last joints are held so long [s]."""
+GAP = 1.0
+"""Joints of the record that are farther apart than this tell nothing of the frames between them [s]."""
+ROUND = 0.1
+"""How far beyond its limits a joint may be [rad]."""
+ACCEPTED = "an NPZ file with stamp (n), ascending [s], and q (n, 6), the joints of the arm [rad]"
+
+
+class JointRecord:
+    """Joints over time, linear between two records."""
+
+    def __init__(self, path: Path, stamps: np.ndarray, q: np.ndarray) -> None:
+        self.path, self.stamps, self.q = path, stamps, q
+
+    def at(self, stamp: float) -> np.ndarray | None:
+        """Joints (6,) at `stamp` [rad]; None: not known."""
+        if not (self.stamps[0] - TOLERANCE <= stamp <= self.stamps[-1] + TOLERANCE):
+            return None
+        after = int(np.searchsorted(self.stamps, stamp))
+        if 0 < after < len(self.stamps) and self.stamps[after] - self.stamps[after - 1] > GAP:
+            near = min(stamp - self.stamps[after - 1], self.stamps[after] - stamp)
+            if near > TOLERANCE:
+                return None
+        return np.array([np.interp(stamp, self.stamps, column) for column in self.q.T])
+
+
+def read_joints(path: Path, most: np.ndarray) -> JointRecord:
+    """The record of a file.
+
+    Args:
+        most: the greatest angle of each joint, either way (6,) [rad].
+
+    Raises:
+        UsageError: a missing or broken file, other keys or shapes, numbers that are not finite, stamps that do not ascend,
+            angles that the arm cannot have.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except FileNotFoundError:
+        raise UsageError(f"no joints at {path}: accepted is {ACCEPTED}") from None
+    except Exception as error:  # a broken archive raises errors of many types
+        raise _wrong(path, " ".join(str(error).split()) or type(error).__name__) from error
+    if set(arrays) != {"stamp", "q"}:
+        raise _wrong(path, f"it holds {', '.join(sorted(arrays)) or 'nothing'}")
+    stamps, q = arrays["stamp"], arrays["q"]
+    if stamps.dtype.kind not in "fiu" or q.dtype.kind not in "fiu":
+        raise _wrong(path, f"stamp is {stamps.dtype}, q is {q.dtype}")
+    if stamps.ndim != 1 or not len(stamps) or q.shape != (len(stamps), len(most)):
+        raise _wrong(path, f"stamp is {stamps.shape}, q is {q.shape}")
+    stamps, q = stamps.astype(np.float64), q.astype(np.float64)
+    if not (np.isfinite(stamps).all() and np.isfinite(q).all()):
+        raise _wrong(path, "a number is not finite")
+    if (np.diff(stamps) < 0).any():
+        raise _wrong(path, "the stamps do not ascend")
+    if (np.abs(q) > most + ROUND).any():
+        row, joint = np.argwhere(np.abs(q) > most + ROUND)[0]
+        raise _wrong(path, f"joint {joint} of row {row} is {q[row, joint]:g}, which this arm cannot reach [rad]")
+    return JointRecord(path, stamps, q)
+
+
+def with_joints(source: InputSource, record: JointRecord) -> InputSource:
+    """The recording without the frames for which the record has no joints; these are skipped and named."""
+
+    def read(skip: Skip) -> Iterator[InputFrame]:
+        yield from _known(source, record, skip)
+
+    return replace(source, read=read, skipped=[])
+
+
+def _known(source: InputSource, record: JointRecord, skip: Callable[[str], None]) -> Iterator[InputFrame]:
+    found, stamps = False, []
+    for frame in source.read(skip):
+        if record.at(frame.stamp) is None:
+            stamps.append(frame.stamp)
+            skip(f"frame at {frame.stamp:.3f} s: no joints in {record.path.name} at this time")
+            continue
+        found = True
+        yield frame
+    if stamps and not found:
+        raise UsageError(
+            f"{record.path}: no frame has joints (joints from {record.stamps[0]:.3f} to {record.stamps[-1]:.3f} s, frames "
+            f"from {min(stamps):.3f} to {max(stamps):.3f} s): accepted are joints and frames of one clock"
+        )
+
+
+def _wrong(path: Path, what: str) -> UsageError:
+    return UsageError(f"joints {path}: {what}; accepted is {ACCEPTED}")

@@ -1,0 +1,123 @@
+"""NPZ files of depth or points: one frame, or many stacked along the first axis."""
+
+from collections.abc import Generator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from hrcjax.io.recordings.frame import InputFrame, Intrinsics
+from hrcjax.io.recordings.images import clean_depth
+from hrcjax.io.recordings.pose import fault_of_rotation
+from hrcjax.io.recordings.source import Skip
+from hrcjax.lab.errors import UsageError
+
+KEYS = ("points", "depth", "intrinsics", "color", "mask", "stamp", "rotation", "position")
+ACCEPTED = (
+    "points (n, 3), or depth (height, width) with intrinsics (fx, fy, cx, cy) and optionally color; optionally mask, "
+    "stamp, rotation, position; stacked frames along a first axis"
+)
+
+
+def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Generator[InputFrame, None, int]:
+    """The frames of one NPZ file; the generator returns how many the file holds, skipped ones too.
+
+    Accepted are these keys and no others; a file of F stacked frames has `points` or `depth` with one axis more:
+
+    * `points` (n, 3) or (F, n, 3): in camera axes [m]; or
+    * `depth` (height, width) or (F, height, width): along the camera's z [m], 0 or NaN without measurement, with
+      `intrinsics` (4,) or (F, 4): fx, fy, cx, cy [px]; optionally `color` (..., height, width, 3) uint8;
+    * `mask`, the shape of depth, or of points without the last axis: true where it counts; optional;
+    * `stamp`, a number or (F,) [s]; without it frame i of all files is at i / `rate`;
+    * `rotation` (3, 3) or (F, 3, 3), world from camera, and `position` (3,) or (F, 3) [m]; without them the camera
+      stands at the world's origin, and its axes are the world's.
+
+    Args:
+        path: the file.
+        index: how many frames were before this file.
+        rate: frames a second [Hz], where there are no stamps.
+        skip: is told of frames without a single point.
+
+    Raises:
+        UsageError: a missing or broken file, other keys, other shapes, numbers that are not finite, no rotation.
+    """
+    arrays = _load(path)
+    unknown = sorted(set(arrays) - set(KEYS))
+    if unknown or ("points" in arrays) == ("depth" in arrays) or ("depth" in arrays) != ("intrinsics" in arrays):
+        keys = ", ".join(sorted(arrays)) or "nothing"
+        raise _wrong(path, f"it holds {keys}" + (f"; not known: {', '.join(unknown)}" if unknown else ""))
+    key = "depth" if "depth" in arrays else "points"
+    values = arrays[key]
+    if "color" in arrays and (key == "points" or arrays["color"].dtype != np.uint8):
+        raise _wrong(path, "color goes with depth and is uint8")
+    stacked = values.ndim == 3
+    if values.ndim not in (2, 3) or values.dtype.kind not in "fiu" or (key == "points" and values.shape[-1] != 3):
+        raise _wrong(path, f"{key} is {values.dtype} {values.shape}")
+    count = len(values) if stacked else 1
+    if not stacked:
+        values = values[None]
+    items = {"mask": values.shape[1:] if key == "depth" else values.shape[1:2], "stamp": (), "intrinsics": (4,)}
+    items |= {"rotation": (3, 3), "position": (3,), "color": (*values.shape[1:], 3)}
+    each = {
+        name: _each(path, name, arrays[name], shape, count, stacked) for name, shape in items.items() if name in arrays
+    }
+    for name in ("stamp", "position", "intrinsics"):
+        if name in each and not np.isfinite(each[name]).all():
+            raise _wrong(path, f"a number of {name} is not finite")
+    for i in range(count):
+        rotation = np.array(each["rotation"][i], np.float64) if "rotation" in each else np.eye(3)
+        fault = fault_of_rotation(rotation)
+        if fault:
+            raise _wrong(path, f"frame {i}: {fault}")
+        position = np.array(each["position"][i], np.float64) if "position" in each else np.zeros(3)
+        stamp = float(each["stamp"][i]) if "stamp" in each else (index + i) / rate
+        mask = each["mask"][i].astype(bool) if "mask" in each else np.True_
+        if key == "depth":
+            depth = clean_depth(np.where(mask, values[i], 0))
+            fx, fy, cx, cy = (float(number) for number in each["intrinsics"][i])
+            intrinsics = Intrinsics(fx, fy, cx, cy, depth.shape[1], depth.shape[0])
+            color = each["color"][i] if "color" in each else None
+            yield InputFrame(stamp, "", depth, None, intrinsics, rotation, position, color)
+            continue
+        cloud = measured_points(values[i][np.broadcast_to(mask, len(values[i]))])
+        if len(cloud) == 0:
+            skip(f"{path.name} frame {i}: no finite point")
+            continue
+        yield InputFrame(stamp, "", None, cloud, None, rotation, position)
+    return count
+
+
+def measured_points(points: np.ndarray) -> np.ndarray:
+    """Rows of points (n, 3) in the sensor's axes that are measurements, float32: finite, and not the sensor itself."""
+    cloud = np.asarray(points, np.float32)
+    return cloud[np.isfinite(cloud).all(axis=1) & (cloud != 0).any(axis=1)]
+
+
+def _each(path: Path, name: str, array: np.ndarray, shape: tuple, count: int, stacked: bool) -> np.ndarray:
+    """The array with a leading frame axis; one value serves all frames."""
+    if array.dtype.kind not in "fiub":
+        raise _wrong(path, f"{name} is {array.dtype}")
+    array = np.squeeze(array) if shape == () and array.size == 1 else array
+    if array.shape == shape:
+        if name == "stamp" and stacked and count > 1:
+            raise _wrong(path, f"one stamp for {count} frames")
+        return np.broadcast_to(array, (count, *shape))
+    if stacked and array.shape == (count, *shape):
+        return array
+    raise _wrong(path, f"{name} is {array.shape}, needed is {(count, *shape) if stacked else shape}")
+
+
+def _load(path: Path) -> Mapping[str, np.ndarray]:
+    try:
+        file = np.load(path, allow_pickle=False)
+        if isinstance(file, np.ndarray):
+            raise TypeError("one array without a name")
+        with file:
+            return {key: file[key] for key in file.files}
+    except FileNotFoundError:
+        raise UsageError(f"no NPZ file at {path}: accepted is {ACCEPTED}") from None
+    except Exception as error:  # a broken archive raises errors of many types
+        raise _wrong(path, " ".join(str(error).split()) or type(error).__name__) from error
+
+
+def _wrong(path: Path, what: str) -> UsageError:
+    return UsageError(f"NPZ file {path}: {what}; accepted are {ACCEPTED}")

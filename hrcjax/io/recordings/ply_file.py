@@ -1,0 +1,74 @@
+"""PLY files, ASCII and binary, read by the library trimesh."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hrcjax.lab.errors import UsageError
+
+ACCEPTED = "a whole PLY file, ASCII or binary, whose vertices have x, y, z in metres"
+LONGEST_HEADER = 1000  # lines
+
+
+def read_ply(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Vertices, float64 (point, 3) [m], in the axes of the file; the sensor's position, float64 (3,) [m], or None.
+
+    The position is that of an element `camera` with view_px, view_py, view_pz, as the Point Cloud Library writes it.
+    Faces, normals and colors are passed over.
+
+    Raises:
+        UsageError: a missing or truncated file, another format, vertices without x, y, z.
+    """
+    from trimesh.exchange.ply import load_ply  # takes long to import and is needed for these files alone
+
+    properties = _vertex_properties(path)
+    missing = [name for name in "xyz" if name not in properties]
+    if missing:
+        raise UsageError(f"PLY file {path}: its vertices have no {', '.join(missing)}; accepted is {ACCEPTED}")
+    try:
+        with path.open("rb") as stream:
+            elements = load_ply(stream, fix_texture=False, skip_materials=True)["metadata"]["_ply_raw"]
+        vertex = elements["vertex"]
+        if vertex["length"] == 0:
+            return np.empty((0, 3)), None
+        points = np.column_stack([np.ravel(vertex["data"][name]) for name in "xyz"]).astype(np.float64)
+        camera = elements.get("camera", {}).get("data")
+        names = ("view_px", "view_py", "view_pz")
+        known = () if camera is None else camera.dtype.names if isinstance(camera, np.ndarray) else camera.keys()
+        position = None
+        if camera is not None and set(names) <= set(known or ()):
+            position = np.array([np.ravel(camera[name])[0] for name in names], np.float64)
+    except Exception as error:  # the library raises errors of many types on broken files
+        raise _broken(path, " ".join(str(error).split()) or type(error).__name__) from error
+    if len(points) != vertex["length"]:
+        raise _broken(path, f"{vertex['length']} vertices are announced, {len(points)} are there")
+    if position is not None and not np.isfinite(position).all():
+        raise _broken(path, "the position of its camera is not finite")
+    return points, position
+
+
+def _broken(path: Path, what: str) -> UsageError:
+    return UsageError(f"broken PLY file {path}: {what}; accepted is {ACCEPTED}")
+
+
+def _vertex_properties(path: Path) -> list[str]:
+    """Names of what the header announces for each vertex."""
+    names: list[str] = []
+    element = ""
+    try:
+        with path.open("rb") as stream:
+            if stream.readline(80).strip() != b"ply":
+                raise _broken(path, "it does not begin with ply")
+            for _ in range(LONGEST_HEADER):
+                words = stream.readline(10_000).decode("utf-8").split()
+                if words[:1] == ["end_header"]:
+                    return names
+                if words[:1] == ["element"]:
+                    element = words[1] if len(words) > 1 else ""
+                elif words[:1] == ["property"] and element == "vertex":
+                    names.append(words[-1])
+    except FileNotFoundError:
+        raise UsageError(f"no PLY file at {path}: accepted is {ACCEPTED}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"PLY file {path} cannot be read ({type(error).__name__}): accepted is {ACCEPTED}") from None
+    raise _broken(path, "its header does not end with end_header")

@@ -1,0 +1,86 @@
+"""Named settings of the programs: TOML files whose keys are a program's options."""
+
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.options import parse_options
+
+T = TypeVar("T")
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def configs_folder() -> Path:
+    """The folder of named settings: within the installed package, or beside it in a checkout."""
+    installed = _PACKAGE / "configs"
+    return installed if installed.is_dir() else _PACKAGE.parent / "configs"
+
+
+def config_names(program: str) -> list[str]:
+    """The named settings of a program, sorted."""
+    return sorted(path.stem for path in (configs_folder() / program).glob("*.toml"))
+
+
+def _find(program: str, name: str) -> Path:
+    """The file of named settings, or the user's own file.
+
+    Raises:
+        UsageError: neither.
+    """
+    if name.endswith(".toml"):
+        if not Path(name).is_file():
+            raise UsageError(f"--config {name}: no such file")
+        return Path(name)
+    if name not in config_names(program):
+        raise UsageError(
+            f"no config {name!r}; accepted: {', '.join(config_names(program))}, or a file that ends in .toml"
+        )
+    return configs_folder() / program / f"{name}.toml"
+
+
+def _words(key: str, value: Any) -> list[str]:
+    """One key of a file as words of a command line."""
+    option = "--" + key.replace("_", "-")
+    if isinstance(value, bool):
+        return [option if value else f"--no-{option[2:]}"]
+    values = value if isinstance(value, list) else [value]
+    if not all(isinstance(one, str | int | float) and not isinstance(one, bool) for one in values):
+        raise UsageError(f"{key}: accepted is a text, a number, true, false, or a list of texts or numbers")
+    return [option, *map(str, values)]
+
+
+def read_config(kind: Callable[..., T], program: str, name: str) -> T:
+    """The options that a file of named settings sets, with the defaults of `kind` for the others.
+
+    Args:
+        kind: the dataclass of the program's options.
+        program: its name, which is its folder in `configs`.
+        name: of the settings, or a path that ends in .toml.
+
+    Raises:
+        UsageError: no such settings, no TOML, a key that is no option, or a value of the wrong type.
+    """
+    path = _find(program, name)
+    try:
+        entries = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--config {path}: {one_line(error)}") from error
+    try:
+        words = [word for key, value in entries.items() for word in _words(key, value)]
+        return parse_options(kind, words, program)
+    except UsageError as error:
+        raise UsageError(f"--config {path}: {error}") from error
+
+
+def config_name(argv: Sequence[str], default: str) -> str:
+    """What --config asks for on a command line."""
+    name = default
+    for i, word in enumerate(argv):
+        if word == "--config" and i + 1 < len(argv):
+            name = argv[i + 1]
+        elif word.startswith("--config="):
+            name = word.partition("=")[2]
+    return name

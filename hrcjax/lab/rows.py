@@ -1,0 +1,39 @@
+"""Rows of figures, {row: {"value": number, "unit": text}}: as an aligned table, and sections of them in a JSON file."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hrcjax.lab.errors import UsageError
+
+Row = Mapping[str, Any]
+
+
+def table(name: str, rows: Mapping[str, Row]) -> str:
+    """The rows of a section, aligned."""
+    wide = max([len(row) for row in rows] + [len(name)])
+    lines = [name.ljust(wide)]
+    for row, entry in rows.items():
+        value = entry["value"]
+        text = f"{value:,.0f}" if isinstance(value, int | float) and math.isfinite(value) and abs(value) >= 1000 else ""
+        lines.append(f"{row.ljust(wide)}  {(text or f'{value:.3g}').rjust(12)}  {entry['unit']}")
+    return "\n".join(lines)
+
+
+def read_results(path: Path) -> dict[str, dict[str, Row]]:
+    """The sections that a file has already; empty if there is no file.
+
+    Raises:
+        UsageError: it is no such file.
+    """
+    if not path.exists():
+        return {}
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{path} cannot be read as JSON; remove it or choose another --json") from error
+    if not isinstance(found, dict):
+        raise UsageError(f"{path} holds no benchmark sections; remove it or choose another --json")
+    return found

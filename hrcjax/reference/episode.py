@@ -1,0 +1,145 @@
+"""An episode: control tick after control tick, in the order of `hrcjax.sim.tick`."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from math import exp, inf
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.field import FieldParams
+from hrcjax.reference.arm import SerialArm
+from hrcjax.reference.clock import Clock, advance
+from hrcjax.reference.curve import Curve
+from hrcjax.reference.fields import Field, fit, lower_bound, union
+from hrcjax.reference.limits import limit_acceleration
+from hrcjax.reference.motion import Limits, Motion
+from hrcjax.reference.plain import plain
+from hrcjax.reference.policy import policy_acceleration
+from hrcjax.reference.safety import Monitor, Zone, governor
+from hrcjax.robot import COVER_MARGIN
+from hrcjax.sim import Cell, Frames, Params
+from hrcjax.sim.cell import TOOL_REACH
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the camera delivered, as fields."""
+
+    static: Field
+    """The scene without the person."""
+    moving: list[Field]
+    """The person, frame by frame."""
+    stamp: list[float]
+    """Times of the valid frames, rising [s]."""
+    frame: list[int]
+    """Which frames these are."""
+    overflow: list[bool]
+    """Of every frame, whether it lost points."""
+
+
+@dataclass(frozen=True)
+class SerialRecord:
+    """What the ticks left behind, time first; names and units of `hrcjax.sim.Record`."""
+
+    q: NDArray
+    qd: NDArray
+    qdd: NDArray
+    tau: NDArray
+    tool: NDArray
+    reference: NDArray
+    travelled: NDArray
+    separation: NDArray
+    field_clearance: NDArray
+    approach: NDArray
+    speed_limit: NDArray
+    zone: NDArray
+    status: NDArray
+
+
+def see(params: FieldParams, frames: Frames) -> Seen:
+    """Fits the fields of all frames; done once, settings of a sweep that share the field's parameters share it.
+
+    Args:
+        params: with plain numbers as leaves.
+        frames: what the camera delivered, stamps rising.
+    """
+    length_scale, noise = cast(float, params.length_scale), cast(float, params.noise)
+
+    def field(points: NDArray, mask: NDArray) -> Field:
+        return fit(np.asarray(points, np.float64)[np.asarray(mask)], length_scale, noise)
+
+    points, mask = np.asarray(frames.moving.points), np.asarray(frames.moving.mask)
+    valid, stamp = np.asarray(frames.valid), np.asarray(frames.stamp, np.float64)
+    return Seen(
+        static=field(np.asarray(frames.static.points), np.asarray(frames.static.mask)),
+        moving=[field(*frame) for frame in zip(points, mask, strict=True)],
+        stamp=stamp[valid].tolist(),
+        frame=np.flatnonzero(valid).tolist(),
+        overflow=np.asarray(frames.overflow | frames.static_overflow).tolist(),
+    )
+
+
+def newest(seen: Seen, exposed: float) -> tuple[int, float]:
+    """The newest valid frame taken at `exposed` [s] or before, and its age then; none: 0, and infinite [s]."""
+    place = bisect_right(seen.stamp, exposed) - 1
+    return (seen.frame[place], exposed - seen.stamp[place]) if place >= 0 else (0, inf)
+
+
+def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArray) -> SerialRecord:
+    """Follows a path for `cell.ticks` control periods.
+
+    Args:
+        params: with plain numbers as leaves.
+        curve: the tool's path.
+        q_start: joint positions at the start, and the posture to draw to [rad].
+    """
+    params, robot, dt = plain(params), cell.arm, cell.dt
+    arm = SerialArm(cell)
+    arm.reset(q_start)
+    axes = TOOL_REACH * np.stack([np.zeros(3), *arm.data.xmat[arm.bodies[-1]].reshape(3, 3).T[:2]])
+    limits = Limits(robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max)
+    monitor, motion = Monitor(params.safety, dt), params.motion
+    count, radii = len(robot.control_links), robot.control_radii
+    length_scale = cast(float, params.field.length_scale)
+    clock, zone = Clock(), Zone()
+    rows = []
+    for time in cell.times.tolist():
+        q, qd = arm.data.qpos.copy(), arm.data.qvel.copy()
+        points = arm.motion()
+        body, tool = Motion(*(part[:count] for part in points)), Motion(*(part[count:] for part in points))
+
+        frame, age = newest(seen, time - cell.latency)
+        d_all, g_all, d_person, g_person = union(seen.static, seen.moving[frame], body.x)
+        clearance = d_all - radii
+        separation = lower_bound(d_person, motion.person_radius, length_scale) - radii - COVER_MARGIN
+        approach = -(g_person * body.xd).sum(axis=1)
+        zone, decision = monitor(zone, separation, approach, age + cell.latency, not seen.overflow[frame])
+        speed_limit = float(decision.point_limit.min())
+
+        reference, tangent, curvature = curve.at(clock.s)
+        apart = reference - tool.x[0]
+        pace = min(motion.speed, speed_limit) * exp(-float(apart @ apart) / motion.lag**2)
+        travelled = clock.s
+        after = advance(params.safety.clock, clock, pace, curve.length - travelled, dt, decision.hold)
+        velocity, acceleration = tangent * clock.v, curvature * clock.v**2 + tangent * after.a
+        clock = after
+
+        asked = policy_acceleration(
+            params.policy, q, qd, tool, reference + axes, velocity, acceleration, body, clearance, g_all, limits, q_start
+        )  # fmt: skip
+        brake = -qd / dt
+        brake = brake / max((np.abs(brake) / limits.qdd_max).max(), 1.0)
+        bad = not np.isfinite(asked).all()
+        ahead = qd + limit_acceleration(brake if bad else asked, q, qd, limits, dt) * dt
+        governed = (governor(ahead, body.J, g_person, decision.point_limit) * ahead - qd) / dt
+        qdd = limit_acceleration(brake if decision.hold else governed, q, qd, limits, dt)
+        tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
+        rows.append(
+            (
+                q, qd, qdd, tau, tool.x[0], reference, travelled, separation.min(), clearance.min(), approach.max(),
+                speed_limit, zone.zone, bad + 2 * clipped + 4 * broken,
+            )
+        )  # fmt: skip
+    return SerialRecord(*(np.array(column) for column in zip(*rows, strict=True)))

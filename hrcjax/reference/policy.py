@@ -1,0 +1,135 @@
+"""The motion policy in plain NumPy: the oracle of tests and the serial baseline.
+
+Leaves take one point or joint, or many along leading axes.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import lapack
+
+from hrcjax.geom.point_motion import PointMotion
+from hrcjax.policy import (
+    CollisionParams,
+    DampingParams,
+    JointLimitParams,
+    JointLimits,
+    PolicyParams,
+    PostureParams,
+    ResolveParams,
+    SpeedCapParams,
+    TargetParams,
+)
+from hrcjax.reference.motion import Limits, Motion
+
+Numbers = NDArray[np.floating]
+
+
+def target(
+    params: TargetParams,
+    x: Numbers,
+    xd: Numbers,
+    goal: Numbers,
+    goal_velocity: Numbers,
+    goal_acceleration: Numbers,
+) -> tuple[Numbers, Numbers]:
+    """Metric [1] and acceleration [m/s^2] of a point with a goal."""
+    delta = goal - x
+    distance = np.sqrt((delta * delta).sum(axis=-1, keepdims=True))
+    pull = np.minimum(params.ramp * distance, 1.0) * params.kp
+    a = pull * delta / (distance + params.eps) + params.kd * (goal_velocity - xd) + goal_acceleration
+    bell = np.exp(-(distance**2) / (2 * params.length**2))
+    w = ((1 - params.alpha_min) * bell + params.alpha_min)[..., None]
+    along = delta / np.where(distance > 0, distance, 1.0)
+    M = w * params.metric_max * np.identity(3)
+    return M + (1 - w) * params.metric_min * (along[..., :, None] * along[..., None, :]), a
+
+
+def collision(params: CollisionParams, d: ArrayLike, g: Numbers, xd: Numbers) -> tuple[Numbers, Numbers]:
+    """Metric [1] and acceleration [m/s^2] of a control point."""
+    clearance = np.maximum(np.asarray(d)[..., None] - params.margin, 0.0)
+    receding = (g * xd).sum(axis=-1, keepdims=True)
+    gate = 1 - 1 / (1 + np.exp(-receding / params.v_gate))
+    a = params.k_rep * np.exp(-clearance / params.s_rep) * g
+    a = a - gate * params.k_damp * xd / (clearance / params.s_damp + params.eps)
+    w = params.weight * np.maximum(1 - clearance / params.r_act, 0.0)[..., None] ** 2
+    outer = g[..., :, None] * g[..., None, :]
+    return w * (params.isotropy * np.identity(3) + (1 - params.isotropy) * outer), a
+
+
+def joint_limit(params: JointLimitParams, x: ArrayLike, xd: ArrayLike) -> tuple[Numbers, Numbers]:
+    """Metric [1] and acceleration [rad/s^2] of the distance to one end."""
+    room, xd = np.maximum(np.asarray(x, np.float64), 0.0), np.asarray(xd, np.float64)
+    gate = 0.5 * (1 - np.tanh(0.5 * xd / params.v_gate))
+    M = gate * params.metric / (room / params.metric_length + params.metric_eps)
+    return M, params.kp / ((room / params.length) ** 2 + params.eps) - params.kd * xd
+
+
+def speed_cap(params: SpeedCapParams, qd: ArrayLike) -> tuple[Numbers, Numbers]:
+    """Metric [1] and acceleration [rad/s^2] of one joint."""
+    over = np.abs(qd) - (params.v_max - params.region)
+    ratio = np.minimum(np.maximum(over, 0.0) / params.region, params.ratio_max)
+    M = (over > 0) * params.weight / (1 - ratio * ratio)
+    return M, -params.k * np.maximum(over, 0.0) * np.sign(qd)
+
+
+def damping(params: DampingParams, qd: ArrayLike) -> tuple[float, Numbers]:
+    """Metric, the same for all joints [1], and their accelerations [rad/s^2]."""
+    return params.weight, -params.k * np.asarray(qd)
+
+
+def posture(params: PostureParams, q: Numbers, qd: Numbers, goal: Numbers) -> tuple[float, Numbers]:
+    """Metric, the same for all joints [1], and their accelerations [rad/s^2]."""
+    delta = goal - q
+    distance = np.sqrt(delta @ delta)
+    if distance > params.reach:
+        delta = delta * params.reach / distance
+    return params.weight, params.kp * delta - params.kd * qd
+
+
+def resolve(params: ResolveParams, M: Numbers, f: Numbers) -> Numbers:
+    """The joint acceleration of the combined policy [rad/s^2]; NaN where it cannot be solved for."""
+    s = max(1.0, params.scale * np.abs(M).max())
+    _, x, info = lapack.dposv(  # pyright: ignore[reportAttributeAccessIssue]  # made at import
+        M / s + params.regularisation * np.identity(len(f)), f / s
+    )
+    return x if info == 0 else np.full_like(f, np.nan)
+
+
+def policy_acceleration(
+    params: PolicyParams,
+    q: ArrayLike,
+    qd: ArrayLike,
+    tool: PointMotion | Motion,
+    goal: ArrayLike,
+    goal_velocity: ArrayLike,
+    goal_acceleration: ArrayLike,
+    body: PointMotion | Motion,
+    d: ArrayLike,
+    g: ArrayLike,
+    limits: JointLimits | Limits,
+    posture_goal: ArrayLike,
+) -> Numbers:
+    """As `hrcjax.policy.policy_acceleration`, for NumPy arrays [rad/s^2]."""
+    q, qd, d, g = np.asarray(q), np.asarray(qd), np.asarray(d), np.asarray(g)
+    goal, goal_velocity, goal_acceleration = map(np.asarray, (goal, goal_velocity, goal_acceleration))
+    q_min, q_max = np.asarray(limits.q_min), np.asarray(limits.q_max)
+    at, speed, to_goal, to_goal_bias = map(np.asarray, (tool.x, tool.xd, tool.J, tool.Jd_qd))
+    drift, off_obstacle, off_obstacle_bias = map(np.asarray, (body.xd, body.J, body.Jd_qd))
+
+    M_goal, a_goal = target(params.target, at, speed, goal, goal_velocity, goal_acceleration)
+    M_push, a_push = collision(params.collision, d, g, drift)
+    J = np.concatenate([to_goal, off_obstacle])
+    metric = np.concatenate([M_goal, M_push])
+    wanted = np.concatenate([a_goal - to_goal_bias, a_push - off_obstacle_bias])
+    weighed = (metric @ J).reshape(-1, len(q))  # the metrics are symmetric
+    M = weighed.T @ J.reshape(-1, len(q))
+    f = weighed.T @ wanted.ravel()
+
+    m_low, a_low = joint_limit(params.joint_limit, q - q_min, qd)
+    m_high, a_high = joint_limit(params.joint_limit, q_max - q, -qd)
+    m_cap, a_cap = speed_cap(params.speed_cap, qd)
+    m_drag, a_drag = damping(params.damping, qd)
+    m_rest, a_rest = posture(params.posture, q, qd, np.asarray(posture_goal))
+    M[np.diag_indices(len(q))] += m_low + m_high + m_cap + m_drag + m_rest
+    f = f + m_low * a_low - m_high * a_high + m_cap * a_cap + m_drag * a_drag + m_rest * a_rest
+    return resolve(params.resolve, M, f)

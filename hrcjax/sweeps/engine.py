@@ -1,0 +1,235 @@
+"""Runs all settings in all worlds: one compiled program, chunk after chunk, each stored when it is finished."""
+
+import math
+import shutil
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.lab.errors import StorageError, UsageError, one_line
+from hrcjax.lab.parameters import batch_params
+from hrcjax.lab.progress import Progress, duration
+from hrcjax.lab.traced import traced
+from hrcjax.numerics import unrolled_options
+from hrcjax.sweeps.settings import Settings
+from hrcjax.sweeps.store import RunStore
+from hrcjax.sweeps.sweepable import NOT_FINITE, Sweepable
+
+MEGABYTE = 1_000_000
+
+
+@dataclass
+class Tally:
+    """What a run did."""
+
+    computed: int = 0
+    """Settings computed by this process."""
+    resumed: int = 0
+    """Settings found finished."""
+    compile_seconds: float = 0.0
+    compute_seconds: float = 0.0
+    not_finite: int = 0
+    """Settings with a result that is not finite, in the whole run."""
+    statuses: dict[int, int] = field(default_factory=dict)
+    """How many settings ended with each status, in the whole run."""
+
+
+def chunk_size(settings: int, memory: float, bytes_per_setting: int) -> int:
+    """Settings computed together, so that they fit `memory` [MB] and all chunks are about the same size.
+
+    Raises:
+        UsageError: not one setting fits.
+    """
+    most = int(memory * MEGABYTE // max(1, bytes_per_setting))
+    if most < 1:
+        raise UsageError(f"--memory {memory:g}: one setting needs about {bytes_per_setting / MEGABYTE:.3g} MB")
+    return math.ceil(settings / math.ceil(settings / most))
+
+
+def chunk_slices(settings: int, chunk: int) -> list[slice]:
+    """The settings of each chunk."""
+    return [slice(start, min(start + chunk, settings)) for start in range(0, settings, chunk)]
+
+
+def chunk_key(world: int, chunk: int) -> str:
+    """Name of a chunk in the store."""
+    return f"world-{world:03d}-chunk-{chunk:05d}"
+
+
+def world_key(world: int) -> str:
+    """Name of a world's description in the store."""
+    return f"world-{world:03d}-about"
+
+
+class _Program:
+    """`evaluate`, compiled when it is first called, for one shape of settings and worlds."""
+
+    def __init__(self, problem: Sweepable, progress: Progress, memory: float) -> None:
+        self.problem, self.progress, self.memory = problem, progress, memory
+        self.compiled: Any = None
+        self.seconds = 0.0
+
+    def prepare(self, batch: Any, world: Any, chunk: int) -> None:
+        """Compiles, once. Raises ValueError if `evaluate` does not return what it announces."""
+        if self.compiled is not None:
+            return
+        begin = time.monotonic()
+        self.progress.say("compiling (most of a minute the first time)")
+        program = traced(self.problem.evaluate, (batch, world), self.problem.identity)
+        self._check(program.out_info, chunk)
+        self.compiled = program.lower().compile(compiler_options=unrolled_options())
+        self.seconds = time.monotonic() - begin
+        self.progress.say(f"compiled in {duration(self.seconds)}{self._memory()}")
+
+    def _memory(self) -> str:
+        try:
+            about = self.compiled.memory_analysis()
+            used = (about.temp_size_in_bytes + about.argument_size_in_bytes + about.output_size_in_bytes) / MEGABYTE
+        except (AttributeError, NotImplementedError, jax.errors.JaxRuntimeError):
+            return ""
+        more = f", more than the {self.memory:g} MB of --memory" if used > self.memory else ""
+        return f"; a chunk takes {used:.0f} MB{more}"
+
+    def _check(self, out: Mapping[str, Any], chunk: int) -> None:
+        problem = self.problem
+        wanted = {**dict.fromkeys(problem.metrics, 1), **{name: 1 + len(t[0]) for name, t in problem.traces.items()}}
+        missing, extra = set(wanted) - set(out), set(out) - set(wanted) - {"status"}
+        if missing or extra:
+            raise ValueError(f"evaluate lacks {sorted(missing)} and has unannounced {sorted(extra)}")
+        for name, ndim in wanted.items():
+            if len(out[name].shape) != ndim or out[name].shape[0] != chunk:
+                raise ValueError(f"evaluate returns {name} of shape {out[name].shape}; {ndim} dims, {chunk} first")
+
+    def __call__(self, batch: Any, world: Any) -> dict[str, np.ndarray]:
+        try:
+            out = self.compiled(*jax.tree.leaves((batch, world)))
+        except TypeError as error:
+            raise ValueError(f"worlds differ in shape or type: {one_line(error)}") from error
+        return {name: np.asarray(array) for name, array in jax.block_until_ready(dict(out)).items()}
+
+
+def flag_not_finite(outcome: Mapping[str, np.ndarray], open_ended: frozenset[str] = frozenset()) -> np.ndarray:
+    """Status of each setting: NOT_FINITE where a result is infinite or NaN, else what the program said, else 0."""
+    count = len(next(iter(outcome.values())))
+    status = np.array(outcome.get("status", np.zeros(count)), np.int32)
+    for name, array in outcome.items():
+        if np.issubdtype(array.dtype, np.floating) and name not in open_ended:
+            status[~np.isfinite(array).reshape(count, -1).all(axis=1)] = NOT_FINITE
+    return status
+
+
+def _padded(settings: Settings, place: slice, chunk: int) -> dict[str, np.ndarray]:
+    """The values of a chunk; a short last one repeats its last setting."""
+    at = np.minimum(np.arange(place.start, place.start + chunk), place.stop - 1)
+    return {name: column[at] for name, column in settings.values.items()}
+
+
+def _enough_disk(store: RunStore, outcome: Mapping[str, np.ndarray], to_do: int, total: int) -> None:
+    """Raises StorageError if the chunks to come and the results cannot fit the disk."""
+    each = sum(array[:1].nbytes for array in outcome.values())
+    need, free = each * (to_do + total), shutil.disk_usage(store.folder).free
+    if need > free:
+        text = f"{need / MEGABYTE:.0f} MB are needed in {store.folder}, {free / MEGABYTE:.0f} MB are free"
+        raise StorageError(f"{text}; choose another --out or fewer settings")
+
+
+def run_sweep(
+    problem: Sweepable,
+    settings: Settings,
+    store: RunStore,
+    chunk: int,
+    memory: float = 1000.0,
+    dtype: Any = jnp.float32,
+    stream: Any = None,
+) -> Tally:
+    """Computes what the store does not have yet.
+
+    Chunks always have the same size and the same settings, so that a resumed run ends with the same numbers.
+
+    Raises:
+        UsageError: a world cannot be built.
+        StorageError: a chunk cannot be stored; those before it are kept.
+        ValueError: `evaluate` does not return what it announces, or worlds differ in shape.
+    """
+    slices = chunk_slices(settings.count, chunk)
+    tally = Tally()
+    todo: dict[int, list[int]] = {}
+    for w in range(len(problem.worlds)):
+        known = problem.describe is None or store.read(world_key(w)) is not None
+        todo[w] = []
+        for c, place in enumerate(slices):
+            finished = store.read(chunk_key(w, c))
+            if finished is None:
+                todo[w].append(c)
+            else:
+                tally.resumed += place.stop - place.start
+                _count(tally, finished["status"])
+        if not todo[w] and known:
+            del todo[w]
+    total = settings.count * len(problem.worlds)
+    with Progress(total, tally.resumed, stream) as progress:
+        if tally.resumed:
+            progress.say(f"{tally.resumed} of {total} settings are finished already")
+        program = _Program(problem, progress, memory)
+        for w, missing in todo.items():
+            _run_world(problem, settings, store, slices, w, missing, chunk, program, progress, tally, dtype)
+        tally.compile_seconds = program.seconds
+        tally.compute_seconds = progress.busy
+    return tally
+
+
+def _count(tally: Tally, status: np.ndarray) -> None:
+    for code, times in zip(*np.unique(status, return_counts=True), strict=True):
+        tally.statuses[int(code)] = tally.statuses.get(int(code), 0) + int(times)
+    tally.not_finite = tally.statuses.get(NOT_FINITE, 0)
+
+
+def _build_world(problem: Sweepable, w: int, progress: Progress) -> Any:
+    labels, build = problem.worlds[w]
+    about = f"scene {labels['scene']}, person {labels['person']}, seed {labels['seed']}"
+    progress.say(f"{about}: building")
+    begin = time.monotonic()
+    try:
+        world = build()
+    except (ValueError, OSError) as error:
+        raise UsageError(f"scene {labels['scene']}, person {labels['person']}: {one_line(error)}") from error
+    progress.say(f"{about}: built in {duration(time.monotonic() - begin)}")
+    return world
+
+
+def _run_world(
+    problem: Sweepable,
+    settings: Settings,
+    store: RunStore,
+    slices: list[slice],
+    w: int,
+    missing: list[int],
+    chunk: int,
+    program: _Program,
+    progress: Progress,
+    tally: Tally,
+    dtype: Any,
+) -> None:
+    world = _build_world(problem, w, progress)
+    if problem.describe is not None:
+        store.write(world_key(w), {name: np.asarray(array) for name, array in problem.describe(world).items()})
+    for c in missing:
+        place = slices[c]
+        batch = batch_params(problem.params, _padded(settings, place, chunk), dtype)
+        program.prepare(batch, world, chunk)
+        begin = time.monotonic()
+        outcome = program(batch, world)
+        kept = {name: array[: place.stop - place.start] for name, array in outcome.items()}
+        kept["status"] = flag_not_finite(kept, problem.open_ended)
+        if tally.computed == 0:
+            total = settings.count * len(problem.worlds)
+            _enough_disk(store, kept, total - tally.resumed, total)
+        store.write(chunk_key(w, c), kept)
+        _count(tally, kept["status"])
+        tally.computed += place.stop - place.start
+        progress.advance(place.stop - place.start, time.monotonic() - begin)

@@ -1,0 +1,195 @@
+"""All figures of a finished sweep, as PNG in its folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from hrcjax.lab.atomic import replace_file, storage_errors
+from hrcjax.lab.errors import UsageError
+from hrcjax.sweeps.dataset import WORLD_DIMS
+from hrcjax.sweeps.store import open_run
+from hrcjax.sweeps.summary import axis_labels, metric_names, ranking, select, setting_dims, trade_off
+from hrcjax.viz import (
+    GridAxis,
+    Obstacles,
+    PathLine,
+    PersonPoses,
+    curve,
+    heat_maps,
+    pareto_figure,
+    path_views,
+    sample_map,
+    zones_view,
+)
+from hrcjax.viz.style import BEST, PLAN, WORST
+
+POSES = 3
+"""Poses of the person in the views of paths."""
+
+
+def _unit(results: xr.Dataset, name: str) -> str:
+    return str(results[name].attrs.get("units", "1"))
+
+
+def _axis(results: xr.Dataset, label: str) -> GridAxis:
+    coord = results[label]
+    return GridAxis(label, coord.values.astype(float), coord.attrs.get("scale") == "log", _unit(results, label))
+
+
+def _world_name(results: xr.Dataset, dim: str) -> str:
+    """The first scene, person or seed; of a file the name without its folder."""
+    name = str(results[dim].values[0])
+    return Path(name).stem if dim == "person" else name
+
+
+def _over(results: xr.Dataset) -> str:
+    worlds = [_world_name(results, dim) for dim in WORLD_DIMS if results.sizes[dim] == 1 and dim != "seed"]
+    count = int(np.prod([results.sizes[dim] for dim in WORLD_DIMS]))
+    return ", ".join(worlds) + (f"{', ' if worlds else ''}mean over {count} worlds" if count > 1 else "")
+
+
+def metric_figure(results: xr.Dataset, name: str) -> Figure:
+    """A metric over the settings: heat maps for two or three axes, a curve for one, points for samples.
+
+    More axes than three: the others are at the best setting's value.
+    """
+    variable = results[name].mean(WORLD_DIMS, skipna=False)
+    about = (name, _unit(results, name), str(results[name].attrs.get("better", "")))
+    title = f"{name.replace('_', ' ')}: {_over(results)}"
+    if "sample" in variable.dims:
+        labels = axis_labels(results)
+        x = _axis(results, labels[0])
+        if len(labels) == 1:
+            order = np.argsort(x.values)
+            return curve(variable.values[order], x._replace(values=x.values[order]), *about, title)[0]
+        good = (results.status == 0).all(WORLD_DIMS).values
+        return sample_map(variable.values, x, _axis(results, labels[1]), *about, title, feasible=good)[0]
+    best = select(results, int(ranking(results, str(results.attrs["rank"]))[0]))
+    wide = [str(dim) for dim in variable.dims if results.sizes[dim] > 1]
+    fixed = [str(dim) for dim in variable.dims if str(dim) not in wide[:3]]
+    failed = (results.status != 0).any(WORLD_DIMS)
+    variable, failed = (part.sel({dim: best[dim].item() for dim in fixed}) for part in (variable, failed))
+    if len(wide) > 3:
+        title += " at " + ", ".join(f"{dim} = {best[dim].item():.3g}" for dim in wide[3:])
+    ordered = [results[dim].argsort().values for dim in wide[:3]]
+    variable, failed = (part.isel(dict(zip(wide, ordered, strict=False))) for part in (variable, failed))
+    axes = [_axis(results, dim) for dim in wide[:3]]
+    axes = [axis._replace(values=axis.values[at]) for axis, at in zip(axes, ordered, strict=True)]
+    if not wide:
+        only = _axis(results, str(results[name].dims[len(WORLD_DIMS)]))
+        return curve(np.atleast_1d(variable.values), only, *about, title)[0]
+    if len(wide) == 1:
+        return curve(variable.values, axes[0], *about, title)[0]
+    panel = axes[2] if len(axes) > 2 else GridAxis("", np.zeros(1))
+    values, bad = (part.transpose(*wide[:3]).values for part in (variable, failed))
+    values, bad = (part.reshape(*part.shape[:2], -1) for part in (values, bad))
+    return heat_maps(values, axes[0], axes[1], panel, *about, title, bad)[0]
+
+
+def best_and_worst(results: xr.Dataset, by: str) -> dict[str, int]:
+    """Flat indices of the best setting and of the last one with a finite value."""
+    order = ranking(results, by)
+    finite = np.isfinite(results[by].mean(WORLD_DIMS, skipna=False).values.ravel()[order])
+    return {"best": int(order[0]), "worst": int(order[finite][-1] if finite.any() else order[-1])}
+
+
+def trade_off_figure(results: xr.Dataset, by: str) -> Figure | None:
+    """The Pareto front of three metrics; None if the run does not have them, or no setting without failure."""
+    names = trade_off(results)
+    if len(names) != 3:
+        return None
+    means = [results[name].mean(WORLD_DIMS, skipna=False).values.ravel().astype(float) for name in names]
+    better = [str(results[name].attrs["better"]) for name in names]
+    feasible = (results.status == 0).all(WORLD_DIMS).values.ravel()
+    if not (np.isfinite(means).all(axis=0) & feasible).any():
+        return None
+    units = [_unit(results, name) for name in names]
+    marks = {f"{which} {by.replace('_', ' ')}": at for which, at in best_and_worst(results, by).items()}
+    return pareto_figure(np.stack(means, axis=1), names, units, better, feasible, marks)[0]
+
+
+def _describe_setting(results: xr.Dataset, which: str, setting: int, by: str) -> str:
+    one = select(results, setting)
+    axes = ", ".join(f"{label} {float(one[label]):.3g}" for label in axis_labels(results))
+    value = float(one[by].isel(dict.fromkeys(WORLD_DIMS, 0)))
+    return f"{which}: {axes} ({by.replace('_', ' ')} {value:.3g})"
+
+
+def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
+    """The best and the worst path of the first world in plan and in three dimensions; None if paths were not kept."""
+    if "tool" not in results and "plan" not in results:
+        return None
+    world = results.isel(dict.fromkeys(WORLD_DIMS, 0))
+    lines = []
+    for (which, setting), colour in zip(best_and_worst(results, by).items(), (BEST, WORST), strict=True):
+        one = select(world, setting, setting_dims(results))
+        if "plan" in one:
+            plan_colour = PLAN if which == "best" else "#edb78f"
+            lines.append(PathLine(one.plan.values, f"{which}, planned", plan_colour, dashed=True))
+        if "tool" in one:
+            lines.append(PathLine(one.tool.values, _describe_setting(results, which, setting, by), colour))
+    obstacles = person = None
+    if "obstacle_kind" in world:
+        fields = ("kind", "center", "size", "yaw", "mask")
+        obstacles = Obstacles(*(world[f"obstacle_{name}"].values for name in fields))._replace(
+            mask=world.obstacle_mask.values.astype(bool)
+        )
+    if "person_a" in world:
+        times = world.frame.values if "frame" in world.coords else np.arange(world.sizes["frame"], dtype=float)
+        at = np.unique(np.linspace(0, len(times) - 1, POSES + 1)[:-1].round().astype(int))
+        a, b = world.person_a.values[at], world.person_b.values[at]
+        person = PersonPoses(a, b, world.person_radius.values, times[at])
+    ends = {name: world[name].values for name in ("start", "goal") if name in world}
+    title = "Best and worst path: " + ", ".join(f"{dim} {_world_name(results, dim)}" for dim in WORLD_DIMS)
+    return path_views(lines, obstacles, person, **ends, title=title)[0]
+
+
+def zones_figure(results: xr.Dataset, by: str) -> Figure | None:
+    """Zones, separation and speed of the best and the worst setting in the first world; None if not kept."""
+    separation = "separation_t" if "separation_t" in results else "separation"
+    wanted = ("zone", separation, "speed")
+    if any(name not in results for name in wanted):
+        return None
+    world = results.isel(dict.fromkeys(WORLD_DIMS, 0))
+    runs = [select(world[list(wanted)], at, setting_dims(results)) for at in best_and_worst(results, by).values()]
+    time = world.time.values.astype(float) if "time" in world.coords else np.arange(world.sizes["time"], dtype=float)
+    zone, distance, speed = (np.stack([run[name].values for run in runs]) for name in wanted)
+    title = "Zones over time: " + ", ".join(f"{dim} {_world_name(results, dim)}" for dim in WORLD_DIMS)
+    return zones_view(time, zone.astype(np.int32), distance, speed, ["best", "worst"], title=title)[0]
+
+
+def draw_run(folder: str | Path, by: str = "", metrics: Sequence[str] = ()) -> list[Path]:
+    """Draws the figures of a run into its folder `figures`; returns the files.
+
+    Args:
+        by: metric that ranks the settings; the run's own if empty.
+        metrics: metrics to draw beside that one and those of the Pareto front.
+
+    Raises:
+        UsageError: no finished run there, or no such metric.
+        StorageError: a figure cannot be written.
+    """
+    folder = Path(folder)
+    with open_run(folder) as results:
+        by = by or str(results.attrs["rank"])
+        known = metric_names(results)
+        for name in (by, *metrics):
+            if name not in known:
+                raise UsageError(f"{name}: no such metric; accepted: {', '.join(known)}")
+        drawn = dict.fromkeys([by, *trade_off(results), *metrics])
+        drawn = [name for name in drawn if np.isfinite(results[name].values).any()]
+        figures = {f"metric-{name}": metric_figure(results, name) for name in drawn}
+        others = {"pareto": trade_off_figure, "paths": paths_figure, "zones": zones_figure}
+        figures |= {name: figure for name, draw in others.items() if (figure := draw(results, by)) is not None}
+    target = folder / "figures"
+    with storage_errors(target):
+        target.mkdir(exist_ok=True)
+    written = []
+    for name, figure in figures.items():
+        path = target / f"{name.replace('_', '-')}.png"
+        replace_file(path, lambda temporary, figure=figure: figure.savefig(temporary, dpi=130, format="png"))
+        written.append(path)
+    return written

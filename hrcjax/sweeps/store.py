@@ -1,0 +1,207 @@
+"""The folder of a run: config.json, one file per finished chunk, and at the end results.nc.
+
+A chunk file appears under its name only when it is whole, and carries the fingerprint of its run and a digest of its
+arrays. So a run may be killed at any moment: what is there is right, what is not there is computed again.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import io
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from hrcjax.lab.atomic import TEMPORARY, remove_temporaries, storage_errors, write_bytes
+from hrcjax.lab.errors import StorageError, UsageError, one_line
+
+CONFIG, RESULTS, CHUNKS, LOCK = "config.json", "results.nc", "chunks", ".lock"
+ENGINE = "h5netcdf"
+
+
+def open_run(folder: str | Path) -> xr.Dataset:
+    """The results of a finished run, read from disk when they are used: `open_run("runs/...").score_overall.sel(zeta=5)`.
+
+    Raises:
+        UsageError: no such folder, no run in it, not finished, damaged.
+    """
+    folder = Path(folder)
+    if not (folder / CONFIG).is_file():
+        raise UsageError(f"{folder} holds no run: {CONFIG} is missing")
+    if not (folder / RESULTS).is_file():
+        raise UsageError(f"the run in {folder} is not finished; the command that started it resumes it")
+    try:
+        return xr.open_dataset(folder / RESULTS, engine=ENGINE, decode_timedelta=False)
+    except (OSError, ValueError, KeyError) as error:
+        detail = one_line(error)
+        raise UsageError(
+            f"{folder / RESULTS} is damaged ({detail}); remove it and run the same command again"
+        ) from error
+
+
+def newest_run(root: str | Path = "runs") -> Path | None:
+    """The folder under `root` that finished last."""
+    finished = list(Path(root).glob(f"*/{RESULTS}"))
+    return max(finished, key=lambda path: path.stat().st_mtime).parent if finished else None
+
+
+def _digest(arrays: Mapping[str, np.ndarray]) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name}{array.dtype.str}{array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+class RunStore:
+    """One run's folder, locked. Make it with `open_store`."""
+
+    def __init__(self, folder: Path, fingerprint: str) -> None:
+        self.folder = folder
+        self.fingerprint = fingerprint
+
+    def _path(self, key: str) -> Path:
+        return self.folder / CHUNKS / f"{key}.h5"
+
+    def write(self, key: str, arrays: Mapping[str, np.ndarray]) -> None:
+        """Stores arrays under a key such as "world-000-chunk-0001".
+
+        Raises:
+            StorageError: the disk is full, or the like; nothing else is lost.
+        """
+        memory = io.BytesIO()
+        with h5py.File(memory, "w") as file:
+            for name, array in arrays.items():
+                file[name] = array
+            file.attrs.update({"fingerprint": self.fingerprint, "key": key, "digest": _digest(arrays)})
+        write_bytes(self._path(key), memory.getbuffer())
+
+    def read(self, key: str, only: str = "") -> dict[str, np.ndarray] | None:
+        """The arrays of a key; None if absent, damaged, or of another run.
+
+        Args:
+            only: read this array alone, of a chunk whose digest was checked before.
+        """
+        path = self._path(key)
+        if not path.is_file():
+            return None
+        try:
+            with h5py.File(path) as file:
+                arrays = {str(name): np.asarray(file[name]) for name in ([only] if only else file)}
+                attrs = dict(file.attrs)
+        except Exception:  # whatever the bytes on the disk make the reader do
+            return None
+        right = attrs.get("fingerprint") == self.fingerprint and attrs.get("key") == key
+        return arrays if right and (only or attrs.get("digest") == _digest(arrays)) else None
+
+    def finished(self) -> xr.Dataset | None:
+        """The results of this very run if they are written already."""
+        try:
+            results = open_run(self.folder)
+        except UsageError:
+            return None
+        if results.attrs.get("fingerprint") == self.fingerprint:
+            return results
+        results.close()
+        return None
+
+
+def _difference(old: Any, new: Any, name: str = "") -> str:
+    """The first place where two nested values differ, in words."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in [*old, *(k for k in new if k not in old)]:
+            if old.get(key) != new.get(key):
+                return _difference(old.get(key), new.get(key), f"{name}.{key}" if name else str(key))
+
+    def shorten(value: Any) -> str:
+        text = "not given" if value is None else json.dumps(value)
+        return text if len(text) < 60 else text[:57] + "..."
+
+    return f"{name} is {shorten(old)} there, {shorten(new)} here"
+
+
+@contextlib.contextmanager
+def _lock(folder: Path) -> Iterator[None]:
+    """Holds the folder for this process; the system releases it however the process ends."""
+    with storage_errors(folder):
+        descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"another process writes to {folder}; wait for it or choose another --out") from None
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _clear(folder: Path) -> None:
+    """Removes a run, and nothing else that may lie in its folder."""
+    (folder / RESULTS).unlink(missing_ok=True)
+    shutil.rmtree(folder / CHUNKS, ignore_errors=True)
+    for figure in (folder / "figures").glob("*.png"):
+        figure.unlink(missing_ok=True)
+    (folder / CONFIG).unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def open_store(
+    folder: str | Path, fingerprint: str, record: Mapping[str, Any], overwrite: bool = False
+) -> Iterator[RunStore]:
+    """Makes or takes up the folder of a run, and holds its lock.
+
+    Args:
+        fingerprint: of everything that decides the numbers.
+        record: what config.json keeps; its "identity" is compared, to say what differs.
+        overwrite: clear another run that is in the folder.
+
+    Raises:
+        UsageError: another run or other files are there; another process writes.
+        StorageError: the folder cannot be made or written.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder} is a file, not a folder; choose another --out")
+    known = {CONFIG, RESULTS, CHUNKS, LOCK, "figures"}
+    if folder.is_dir() and not (folder / CONFIG).exists():
+        strange = sorted(p.name for p in folder.iterdir() if p.name not in known and not p.name.startswith(TEMPORARY))
+        if strange:
+            raise UsageError(f"{folder} holds other files ({strange[0]}) and no run; choose another --out")
+    with storage_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    with _lock(folder):
+        _admit(folder, fingerprint, record, overwrite)
+        with storage_errors(folder):
+            (folder / CHUNKS).mkdir(exist_ok=True)
+        for place in (folder, folder / CHUNKS):
+            remove_temporaries(place)
+        yield RunStore(folder, fingerprint)
+
+
+def _admit(folder: Path, fingerprint: str, record: Mapping[str, Any], overwrite: bool) -> None:
+    """Writes config.json, or checks that the one that is there is of the same run."""
+    if (folder / CONFIG).exists():
+        try:
+            old = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
+            same = old["fingerprint"] == fingerprint
+            difference = _difference(old["identity"], record["identity"])
+        except (ValueError, KeyError, TypeError):
+            same, difference = False, f"its {CONFIG} is damaged"
+        except OSError as error:
+            raise StorageError(f"cannot read {folder / CONFIG}: {error.strerror}") from error
+        if same:
+            return
+        if not overwrite:
+            raise UsageError(f"{folder} holds another run ({difference}); choose another --out, or --overwrite it")
+        with storage_errors(folder):
+            _clear(folder)
+    text = json.dumps({"fingerprint": fingerprint, **record}, indent=1) + "\n"
+    write_bytes(folder / CONFIG, text.encode())
