@@ -163,6 +163,26 @@ def test_contact_while_the_arm_moves(measure, world, record) -> None:
     assert_same(ours, theirs)
 
 
+def test_a_near_miss_is_no_contact(measure, world, record) -> None:
+    moving = changed(record, qd=record.qd + 0.06)
+    most = -measure(world, moving)[1].separation.min()
+    thinner = eqx.tree_at(lambda w: w.person.radius, world, world.person.radius - most - 0.003)
+    ours, theirs = measure(thinner, moving)
+    assert_same(ours, theirs)
+    assert 0 < theirs.separation.min() < 0.005 and not theirs.hit
+
+
+def test_what_stands_at_the_base_is_no_obstacle_to_it(measure, cell, world, record) -> None:
+    """The base never moves: only the links do that can touch something."""
+    bottom = jnp.asarray(cell.arm.capsule_a[0] + [0.0, 0.0, -0.05])
+    at_base = eqx.tree_at(lambda w: w.scene.center, world, world.scene.center.at[0].set(bottom))
+    ours, theirs = measure(at_base, record)
+    assert_same(ours, theirs)
+    a, b = truth.arm_axes(cell.arm, record.q[::STRIDE])
+    base = truth.segment_distance(a[:, 0], b[:, 0], np.asarray(bottom), np.asarray(bottom))
+    assert (theirs.clearance > base - 0.05 - cell.arm.capsule_radii[0] + 0.01).all()
+
+
 def test_a_goal_that_is_not_reached(measure, world, record) -> None:
     away = eqx.tree_at(lambda w: w.scene.goal, world, world.scene.goal + 0.3)
     ours, theirs = measure(away, record)
