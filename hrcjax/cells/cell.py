@@ -16,7 +16,7 @@ from hrcjax.lab.parameters import leaf_names
 from hrcjax.metrics import METRICS
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import cell_camera
-from hrcjax.sim import Cell, Params, World, episode, fit_fields, make_world, outcome
+from hrcjax.sim import Cell, Params, World, episode, make_world, outcome
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE
 from hrcjax.sweeps.sweepable import NOT_FINITE, Metric, Sweepable, Trace
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named
@@ -171,10 +171,10 @@ def evaluate(cell: Cell, params: Params, world: World) -> dict[str, Any]:
     axes = jax.tree.map(lambda leaf: 0 if jnp.ndim(leaf) else None, params)
     field_axes = jax.tree.leaves(axes.field)
     share = all(axis is None for axis in field_axes)
-    shared = fit_fields(params.field, world.frames) if share else None
+    shared = cell.field.fit(params.field, world.frames) if share else None
 
     def one(setting: Params) -> dict[str, Any]:
-        fields = fit_fields(setting.field, world.frames) if shared is None else shared
+        fields = cell.field.fit(setting.field, world.frames) if shared is None else shared
         run = episode(setting, cell, world, fields)
         kept = outcome(setting, cell, world, run)
         metrics = {name: getattr(kept.metrics, name) for name in METRICS}

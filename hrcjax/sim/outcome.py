@@ -74,11 +74,11 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     clearance = jnp.min(obstacles, axis=1)
     closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
     tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
-    ssm = params.safety.ssm
+    ssm = cell.safety.yardstick(params.safety)
     protective = jax.vmap(lambda v, d: separation_distance(ssm, v, assumed_human_speed(ssm, d)))(
         record.approach[::k], separation
     )
-    ideal = ideal_time(run.path.length, params.motion.speed, params.safety.clock.acceleration)
+    ideal = ideal_time(run.path.length, params.motion.speed, params.motion.clock.acceleration)
     metrics = episode_metrics(
         dt=cell.dt,
         tool=record.tool,
