@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.cells.cell import build_world, make_cell
+from hrcjax.cells import build_world, make_cell
 from hrcjax.numerics import unrolled_options
 from hrcjax.plan import PathCurve, PlanSizes, path_curve
 from hrcjax.reference.curve import Curve

@@ -35,6 +35,7 @@ def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk:
     """Everything that decides the numbers of a run, as JSON values."""
     used = versions()
     return {
+        "cell": [config.cell, problem.code],
         "scene": list(config.scene),
         "person": _people(config),
         "seed": list(config.seed),
@@ -67,10 +68,10 @@ def _list_parameters(problem: Sweepable) -> str:
 
 
 def _build(config: SweepConfig) -> Sweepable:
-    from hrcjax.cells.cell import build_cell  # here, so that --help and wrong options answer at once
+    from hrcjax.cells.problem import build_problem  # here, so that --help and wrong options answer at once
 
     try:
-        return build_cell(config.scene, config.person, config.seed, config.backend)
+        return build_problem(config.scene, config.person, config.seed, config.backend, config.cell)
     except (ValueError, OSError) as error:
         raise UsageError(one_line(error)) from error
 

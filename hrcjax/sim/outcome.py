@@ -23,22 +23,24 @@ MOVING = 0.05
 
 
 class Traces(eqx.Module):
-    """Thinned arrays over time, and the plan."""
+    """Thinned arrays over time, and the plan. A sweep stores them under these names, with these docstrings and units."""
 
     plan: Float[Array, "waypoint 3"]
-    """Waypoints of the planned path [m]."""
+    """Planned path of the tool [m]."""
     tool: Float[Array, "time 3"]
-    """Tool point [m]."""
-    separation: Float[Array, "time"]
-    """True distance arm to person [m]."""
-    clearance: Float[Array, "time"]
-    """True distance arm to obstacles [m]."""
+    """Position of the tool [m]."""
+    separation_t: Float[Array, "time"]
+    """True distance of the arm to the person [m]."""
+    clearance_t: Float[Array, "time"]
+    """True distance of the arm to the obstacles [m]."""
     speed: Float[Array, "time"]
     """Speed of the tool [m/s]."""
     speed_limit: Float[Array, "time"]
-    """What the safety monitor allowed towards the person [m/s]."""
+    """Speed towards the person that the safety monitor allowed [m/s]."""
     zone: Int[Array, "time"]
-    """0 green, 1 yellow, 2 red, 3 stop."""
+    """0 green, 1 yellow, 2 red, 3 stop [1]."""
+    path_status: Int[Array, ""]
+    """Bits: 1 the descent of the potential reached the goal, 2 required distances kept, 4 within the bounds [1]."""
 
 
 class Outcome(eqx.Module):
@@ -46,8 +48,6 @@ class Outcome(eqx.Module):
 
     metrics: EpisodeMetrics
     traces: Traces
-    path_status: Int[Array, ""]
-    """Bits of the planner's status."""
     run_status: Int[Array, ""]
     """Bits of the ticks' status, any tick."""
     hit: Bool[Array, ""]
@@ -103,12 +103,13 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     traces = Traces(
         plan=run.path.waypoints,
         tool=record.tool[::k],
-        separation=separation,
-        clearance=clearance,
+        separation_t=separation,
+        clearance_t=clearance,
         speed=tool_speed[::k],
         speed_limit=record.speed_limit[::k],
-        zone=record.zone[::k],
+        zone=record.zone[::k].astype(jnp.int8),
+        path_status=run.path.status,
     )
     any_tick = jax.lax.reduce(record.status, jnp.zeros((), jnp.int32), jax.lax.bitwise_or, (0,))
     moving = jnp.max(jnp.abs(record.qd[::k]), axis=1) > MOVING
-    return Outcome(metrics, traces, run.path.status, any_tick, jnp.any(moving & (separation < 0)))
+    return Outcome(metrics, traces, any_tick, jnp.any(moving & (separation < 0)))
