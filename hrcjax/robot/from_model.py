@@ -59,7 +59,9 @@ def arm_from_model(
         )
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)  # at the reference posture, where joint frames and bodies are compared
-    link, axes, tool_offset = _on_link(model, data, model.site_bodyid[site], data.site_xmat[site], data.site_xpos[site])
+    link, axes, tool_offset = _on_link(
+        model, data, int(model.site_bodyid[site]), data.site_xmat[site], data.site_xpos[site]
+    )
     if link != n - 1:
         raise ValueError(
             f"arm {name}: site {tool!r} does not ride on the last link; accepted: a site behind the last joint"
@@ -116,7 +118,7 @@ def _capsules(
         shape = kinds.get(int(model.geom_type[g]))
         if shape is None or (group is not None and model.geom_group[g] != group):
             continue
-        link, axes, centre = _on_link(model, data, model.geom_bodyid[g], data.geom_xmat[g], data.geom_xpos[g])
+        link, axes, centre = _on_link(model, data, int(model.geom_bodyid[g]), data.geom_xmat[g], data.geom_xpos[g])
         half = 0.0 if shape == "sphere" else float(model.geom_size[g, 1])
         reach = half * axes[:, 2]
         name = model.geom(g).name or f"{shape} {g}"
