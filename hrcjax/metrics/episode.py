@@ -3,6 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.geom.bending_energy import bending_energy
+from hrcjax.geom.length import length
+from hrcjax.geom.resample import resample_path
 from hrcjax.metrics.clearance import min_clearance, time_below, time_in_zones
 from hrcjax.metrics.energy import energy
 from hrcjax.metrics.score import (
@@ -21,9 +24,6 @@ from hrcjax.metrics.score import (
 from hrcjax.metrics.smoothness import jerk_rms, log_dimensionless_jerk, spectral_arc_length
 from hrcjax.metrics.timing import arrival
 from hrcjax.numerics import safe_norm
-from hrcjax.plan.bending_energy import bending_energy
-from hrcjax.plan.length import length
-from hrcjax.plan.resample import resample as resample_path
 from hrcjax.typing import Array, Float, Int, Scalar
 
 _TOOL_WAYPOINTS = 64
