@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import FAR, capsule_distance
-from hrcjax.metrics import EpisodeMetrics, episode_metrics, ideal_time
+from hrcjax.metrics import EpisodeMetrics, Run, Yardstick, episode_metrics, ideal_time
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import arm_capsules
 from hrcjax.safety import assumed_human_speed, safe_distance, separation_distance
@@ -79,7 +79,7 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         record.approach[::k], separation
     )
     ideal = ideal_time(run.path.length, params.motion.speed, params.motion.clock.acceleration)
-    metrics = episode_metrics(
+    measured = Run(
         dt=cell.dt,
         tool=record.tool,
         q=record.q,
@@ -92,14 +92,17 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         obstacle_distances=jnp.where(world.scene.mask, obstacles, 0.0),
         clearance=clearance,
         protective_distance=protective,
+        plan_length=run.path.length,
+        plan_bending_energy=run.path.bending_energy,
+    )
+    yardstick = Yardstick(
         goal=world.scene.goal,
         tolerance=REACHED,
         ideal_time=ideal,
-        plan_length=run.path.length,
-        plan_bending_energy=run.path.bending_energy,
         unsafe_distance=safe_distance(ssm, 0.0),
         smoothness_stride=k,
     )
+    metrics = episode_metrics(measured, yardstick)
     traces = Traces(
         plan=run.path.waypoints,
         tool=record.tool[::k],
