@@ -93,9 +93,9 @@ class Frames(eqx.Module):
     robot's base were kept."""
     static_overflow: Bool[Array, ""]
     """The same for the static cloud."""
-    map: FieldMap
+    map: FieldMap | None = None
     """The map when the set-up ended: what a field made of the map itself reads. Its weights are fitted only where
-    `MapLayout.refitted` of the cell is not 0."""
+    `MapLayout.refitted` of the cell is not 0. None: these frames come from elsewhere."""
 
 
 def crop_box(params: SenseParams, dtype: jnp.dtype) -> tuple[Vector3, Vector3]:

@@ -147,7 +147,8 @@ def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell:
     now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
     camera = np.asarray(cell_camera(scene).position)
     read = jax.jit(lambda x: mapped.cell.field.read(mapped.params.field, now, x))
-    for centre, size in zip(np.asarray(scene.center), np.asarray(scene.size), strict=True):
+    there = np.asarray(scene.mask)
+    for centre, size in zip(np.asarray(scene.center)[there], np.asarray(scene.size)[there], strict=True):
         towards = (camera - centre)[:2] / np.linalg.norm((camera - centre)[:2])
         for gap in (0.05, 0.1):
             x = np.array([*(centre[:2] + (size[0] + gap) * towards), min(0.12, 1.6 * centre[2])], np.float32)

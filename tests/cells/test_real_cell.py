@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from experiments.sweep.config import DESCRIPTION, parse
-from hrcjax.cells import NamedCell, build_world, make_cell
+from hrcjax.cells import CELLS, NamedCell, build_world, make_cell
 from hrcjax.cells.people import recording_notes
 from hrcjax.cells.problem import build_problem
 from hrcjax.cells.results import STATUSES, evaluate
@@ -31,6 +31,8 @@ def test_examples_of_the_help_are_accepted() -> None:
     assert len(commands) >= 6
     for command in commands:
         config = parse(shlex.split(command))
+        if config.cell not in CELLS:
+            continue  # the user's own; the page on own parts has its test
         settings = make_settings(
             config.grid,
             cell.params,
