@@ -15,12 +15,12 @@ from hrcjax.io.recordings.joints import with_joints
 from hrcjax.io.recordings.source import InputSource
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.interrupt import stop_on_interrupt
+from hrcjax.lab.progress import Progress
 from hrcjax.map import MapParams
 
 from .choices import beyond_neighbours, check, check_slices, choose_layout, choose_params, recording
 from .config import MapConfig
 from .fit_box import fit_layout
-from .frame_bar import FrameBar
 from .frame_check import checked
 from .left_out import check_overlap, left_out_of
 from .map_folder import check_folder, default_folder, prepare_folder
@@ -65,7 +65,7 @@ class Run:
         """Takes frames until there are no more, a file is broken, or the user interrupts."""
         known = sensor_known(self.config, self.source)
         warned = False
-        with FrameBar(count) as bar, stop_on_interrupt() as wish:
+        with Progress(count, unit="frame") as bar, stop_on_interrupt() as wish:
             refused, left_out = Notices(bar.say), Notices(bar.say)
             heard = 0
             while not wish.stop:
@@ -91,7 +91,7 @@ class Run:
                 if taken.refused:
                     of = f" of {taken.camera}" if taken.camera else ""
                     refused.add(f"frame {len(self.frames) - 1}{of} at {taken.stamp:.3f} s", taken.refused)
-                bar.advance(f"{taken.counts['blocks']} blocks, {1e3 * taken.seconds:.0f} ms")
+                bar.advance(note=f"{taken.counts['blocks']} blocks, {1e3 * taken.seconds:.0f} ms")
             self.interrupted = wish.stop
             self.not_read = dict(left_out.reasons)
 
