@@ -1,6 +1,7 @@
 """Names of files as text: a file system allows bytes that are no text, and characters that mean something elsewhere."""
 
 import sys
+import warnings
 
 
 def printable(text: str) -> str:
@@ -14,7 +15,11 @@ def title(text: str) -> str:
 
 
 def print_any_name() -> None:
-    """Lets stdout and stderr print every text: what their encoding lacks in the form \\xe4 or \\u4e2d."""
+    """Lets stdout and stderr print every text: what their encoding lacks in the form \\xe4 or \\u4e2d.
+
+    Figures show a box for a character that their font lacks; nobody is warned of that.
+    """
+    warnings.filterwarnings("ignore", message=r"Glyph \d+ .* missing from")
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
