@@ -15,9 +15,7 @@ FOLDERS = (".", "intrinsic", "intrinsics", "calibration", "depth")
 """Where they are looked for."""
 NAMED = re.compile(r"cam|intrin|calib|^k$|(^|[_-])k$|^transforms$|^_info$", re.IGNORECASE)
 OF_OTHERS = re.compile(r"extrin|pose|traj|rgb|colou?r|imu|infra|stereo", re.IGNORECASE)
-ACCEPTED = (
-    "a text, JSON or YAML file with fx fy cx cy, or a matrix 3 x 3, and where known the size, depth scale and distortion"
-)
+ACCEPTED = "a text, JSON or YAML file with fx fy cx cy, or a matrix 3 x 3, and where known the size, depth scale and distortion"
 MIDDLE = (0.25, 0.75)
 """Share of the image's width and height between which a camera's centre lies."""
 

@@ -24,9 +24,7 @@ def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
     Raises:
         UsageError: a missing file, one without a single pose, a line with another count of numbers.
     """
-    accepted = (
-        f"a line '{'stamp ' if stamped else ''}tx ty tz qx qy qz qw' for each pose, camera to world, [m], unit quaternion"
-    )
+    accepted = f"a line '{'stamp ' if stamped else ''}tx ty tz qx qy qz qw' for each pose, camera to world, [m], unit quaternion"
     lines = text_lines(path, accepted)
     counts = (8,) if stamped else (7, 12, 16)
     rows, faults = [], {}
@@ -38,7 +36,7 @@ def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
             raise UsageError(f"{path} line {number}: not a row of numbers; accepted is {accepted}") from None
         if row.size not in counts:
             raise UsageError(f"{path} line {number}: {row.size} numbers; accepted is {accepted}")
-        row, fault = (_of_matrix(row) if row.size > 8 else (row, fault_of_numbers(row[-7:])))
+        row, fault = _of_matrix(row) if row.size > 8 else (row, fault_of_numbers(row[-7:]))
         fault = fault or ("" if np.isfinite(row[0]) else "the stamp is not finite")
         if fault:
             faults[len(rows)] = f"line {number}: {fault}"

@@ -62,7 +62,10 @@ def open_numbered_folder(
                 continue
             yield _frame(index / rate, path, pose_of(numbers), camera, timed)
 
-    notes = (camera.note, *([] if timed else ["no stamps: speeds are not checked (--rate says how fast the frames are)"]))
+    notes = (
+        camera.note,
+        *([] if timed else ["no stamps: speeds are not checked (--rate says how fast the frames are)"]),
+    )
     return InputSource(folder, "folder of numbered depth images", len(images), read, notes=notes)
 
 
@@ -119,7 +122,11 @@ def open_tum_folder(
                 continue
             yield _frame(stamp, path, pose, camera)
 
-    odd = [f"{name} in {unit}" for name, unit in zip(("depth.txt", "groundtruth.txt"), units, strict=True) if unit != "seconds"]
+    odd = [
+        f"{name} in {unit}"
+        for name, unit in zip(("depth.txt", "groundtruth.txt"), units, strict=True)
+        if unit != "seconds"
+    ]
     notes = (camera.note, *([f"stamps, by their size: {', '.join(odd)}"] if odd else []))
     return InputSource(folder, "TUM RGB-D folder", found, read, notes=notes)
 
