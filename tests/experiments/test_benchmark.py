@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.benchmark.__main__ import SECTIONS, main, table
+from experiments.benchmark.__main__ import SECTIONS, main
 
 ROWS = {"arm steps": {"value": 1234567.8, "unit": "steps/s"}, "ratio": {"value": 2.345, "unit": "x mjx"}}
 
@@ -18,11 +18,6 @@ def sections(monkeypatch: pytest.MonkeyPatch) -> None:
         module = types.ModuleType(name)
         module.run = lambda name=name: {**ROWS, name: {"value": 1, "unit": "s"}}  # pyright: ignore[reportAttributeAccessIssue]
         monkeypatch.setitem(sys.modules, f"experiments.benchmark.{name}", module)
-
-
-def test_table_is_aligned() -> None:
-    lines = table("arm", ROWS).splitlines()
-    assert lines == ["arm      ", "arm steps     1,234,568  steps/s", "ratio              2.35  x mjx"]
 
 
 def test_rows_are_merged_into_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

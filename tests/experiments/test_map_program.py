@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.map import run_map
+from experiments.map import run as program
 from experiments.map.__main__ import main
 from experiments.map.choices import beyond_neighbours, choose_layout, choose_params, levels_for
 from experiments.map.config import MapConfig
@@ -199,7 +199,7 @@ def played(monkeypatch, images):
 
     def play(read, length=None, kind="test"):
         source = InputSource("nowhere", kind, length, read)
-        monkeypatch.setattr(run_map, "recording", lambda config: source)
+        monkeypatch.setattr(program, "recording", lambda config: source)
 
     return play
 

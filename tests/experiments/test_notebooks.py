@@ -5,7 +5,7 @@ from pathlib import Path
 import jupytext
 import nbclient
 import pytest
-from test_figures import make_run
+from toy_run import make_run
 
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 

@@ -15,12 +15,12 @@ import pytest
 import toy_cell
 import xarray as xr
 
-import experiments
-from experiments import atomic, store
 from experiments.sweep.__main__ import main
+from hrcjax.lab import atomic
+from hrcjax.sweeps import store
 from hrcjax.sweeps.store import open_run
 
-TOY = Path(__file__).parent / "toy_sweep.py"
+TOY = Path(__file__).parents[1] / "helpers" / "toy_sweep.py"
 SMALL = ["--grid", "K_att=log:0.01:0.1:4", "K_rep=lin:0.1:1:3", "zeta=2,4", "--memory", "0.5", "--no-figures"]
 
 
@@ -28,8 +28,7 @@ SMALL = ["--grid", "K_att=log:0.01:0.1:4", "K_rep=lin:0.1:1:3", "zeta=2,4", "--m
 def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The toy cell in place of the real one, in an empty folder."""
     monkeypatch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
-    monkeypatch.setattr(experiments, "cell", toy_cell, raising=False)
-    monkeypatch.setattr("experiments.sweep.__main__.LOADED_CODE", "toy")  # somebody may edit the package meanwhile
+    monkeypatch.setattr("experiments.sweep.run.LOADED_CODE", "toy")  # somebody may edit the package meanwhile
     monkeypatch.chdir(tmp_path)
 
 
@@ -242,7 +241,7 @@ def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
         (["--grid", "k_att=log:0:1:3"], "a log range starts above 0"),
         (["--scene", "mars"], "no scene 'mars'; accepted: robotica, hri"),
         (["--person", "none.bvh"], "none.bvh: no such BVH file"),
-        (["--config", "fast"], "no config 'fast'; accepted: paper, quick, people"),
+        (["--config", "fast"], "no config 'fast'; accepted: paper, people, quick"),
         (["--config=fast"], "no config 'fast'"),
         (["--by", "beauty"], "--by beauty: no such metric; accepted: score, length"),
         (["--seed", "-1"], "--seed -1: accepted is 0 to 4294967295"),
@@ -302,7 +301,7 @@ def test_interrupt_says_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys: py
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("experiments.sweep.__main__.run_sweep", stop)
+    monkeypatch.setattr("experiments.sweep.run.run_sweep", stop)
     assert run("--out", "r") == 130
     assert "the same command resumes" in capsys.readouterr().err
 
@@ -310,8 +309,8 @@ def test_interrupt_says_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys: py
 def test_identity_changes_with_everything_that_decides_numbers(tmp_path: Path) -> None:
     from dataclasses import replace
 
-    from configs import SweepConfig
-    from experiments.sweep.__main__ import identity
+    from experiments.sweep.config import SweepConfig
+    from experiments.sweep.run import identity
     from hrcjax.sweeps.settings import make_settings
 
     bvh = tmp_path / "a.bvh"

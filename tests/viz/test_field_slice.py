@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.contour import ContourSet
 from matplotlib.quiver import Quiver
 
 from hrcjax.viz.field_slice import LINES, FieldSlice, contour_levels, field_slices
@@ -65,8 +67,12 @@ def test_contour_lines_are_round_and_few() -> None:
 
 
 def test_a_field_that_is_nowhere_known_is_drawn(slices) -> None:
-    figure, _ = field_slices([part._replace(distance=np.full_like(part.distance, np.nan)) for part in slices])
+    figure, views = field_slices([part._replace(distance=np.full_like(part.distance, np.nan)) for part in slices])
     figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    for axes in views:
+        (mesh,) = (part for part in axes.collections if isinstance(part, QuadMesh))
+        assert np.ma.getmaskarray(mesh.get_array()).all() and mesh.get_clim() == (0.0, 1.0)
+        assert not any(isinstance(part, ContourSet) for part in axes.collections)
 
 
 def test_three_slices_are_needed(slices) -> None:

@@ -41,4 +41,8 @@ def test_the_farther_the_lighter() -> None:
 
 
 def test_a_map_without_points() -> None:
-    cloud_views(np.zeros((0, 3)), np.zeros(0, int))[0].canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    figure, views = cloud_views(np.zeros((0, 3)), np.zeros(0, int))
+    figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    assert not any(axes.collections for axes in views)
+    legend = [text.get_text() for axes in figure.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
+    assert legend == ["static  0", "new  0", "dynamic  0"]

@@ -73,5 +73,11 @@ def test_figure_shows_every_setting_once_in_each_panel() -> None:
 
 def test_figure_of_failures_alone() -> None:
     values = np.full((4, 3), np.nan)
-    figure, _ = pareto_figure(values, ["a", "b", "c"], ["1"] * 3, ["low"] * 3, np.zeros(4, bool))
+    values[1] = 1.0, 2.0, 3.0  # failed, but finite: shown in grey
+    figure, panels = pareto_figure(values, ["a", "b", "c"], ["1"] * 3, ["low"] * 3, np.zeros(4, bool))
     figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    assert "0 of 0" in figure.get_suptitle()
+    for axes, place in zip(panels, ([1, 2], [1, 3], [2, 3]), strict=True):
+        failed, beaten, best = axes.collections[:3]
+        assert failed.get_offsets().tolist() == [place]
+        assert len(beaten.get_offsets()) == len(best.get_offsets()) == 0

@@ -1,21 +1,17 @@
 """Figures of a run: which are drawn, from which numbers."""
 
-import io
-import sys
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
-import toy_cell
 import xarray as xr
+from toy_run import make_run
 
-import experiments
-from experiments.sweep.__main__ import main as sweep
+from experiments.figures.__main__ import main
 from hrcjax.sweeps.figures import (
     best_and_worst,
     draw_run,
-    main,
     metric_figure,
     paths_figure,
     trade_off_figure,
@@ -25,15 +21,6 @@ from hrcjax.sweeps.store import open_run
 from hrcjax.sweeps.summary import best_table, ranking, select
 
 ALL = ["metric-bending-energy", "metric-clearance", "metric-length", "metric-score", "pareto", "paths", "zones"]
-
-
-def make_run(folder: Path, *options: str) -> Path:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
-        patch.setattr(experiments, "cell", toy_cell, raising=False)
-        patch.setattr(sys, "stderr", io.StringIO())
-        assert sweep([*options, "--no-figures", "--out", str(folder)]) == 0
-    return folder
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +188,7 @@ def test_without_a_name_the_newest_run_is_drawn(
     assert main([]) == 2
     assert "no finished run under runs/" in capsys.readouterr().err
     drawn = []
-    monkeypatch.setattr("hrcjax.sweeps.figures.draw_run", lambda folder, *_: drawn.append(folder) or [])
+    monkeypatch.setattr("experiments.figures.__main__.draw_run", lambda folder, *_: drawn.append(folder) or [])
     (tmp_path / "runs" / "a").mkdir(parents=True)
     (tmp_path / "runs" / "a" / "results.nc").write_bytes(b"")
     assert main([]) == 0 and drawn == [Path("runs/a")]

@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hrcjax.lab.errors import StorageError, UsageError
+from hrcjax.lab.parameters import set_leaves
 from hrcjax.sweeps.engine import chunk_size, chunk_slices, flag_not_finite, run_sweep
-from hrcjax.sweeps.settings import Settings, make_settings, set_leaves
+from hrcjax.sweeps.settings import Settings, make_settings
 from hrcjax.sweeps.store import RunStore, open_store
 from hrcjax.sweeps.sweepable import Metric, Sweepable, Trace
 

@@ -10,12 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.sweep.__main__ import DESCRIPTION, parse
+from experiments.sweep.config import DESCRIPTION, parse
 from hrcjax.cells.cell import STATUSES, build_cell, build_world, evaluate, make_cell, recording_notes
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.parameters import set_leaves
 from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Params
-from hrcjax.sweeps.settings import make_settings, set_leaves
+from hrcjax.sweeps.settings import make_settings
 from hrcjax.sweeps.store import open_run
 
 

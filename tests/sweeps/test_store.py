@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import atomic
+from hrcjax.lab import atomic
 from hrcjax.lab.errors import StorageError, UsageError
 from hrcjax.sweeps.store import newest_run, open_run, open_store
 

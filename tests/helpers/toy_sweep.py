@@ -7,7 +7,8 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
 import toy_cell  # noqa: E402  # found through the line above
 
 sys.modules["hrcjax.cells.cell"] = toy_cell
-import experiments.sweep.__main__  # noqa: E402  # it imports the cell
+import experiments.sweep.__main__  # noqa: E402
+import experiments.sweep.run  # noqa: E402  # it imports the cell
 
-experiments.sweep.__main__.LOADED_CODE = "toy"  # somebody may edit the package meanwhile
+experiments.sweep.run.LOADED_CODE = "toy"  # somebody may edit the package meanwhile
 sys.exit(experiments.sweep.__main__.main())
