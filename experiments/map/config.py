@@ -106,6 +106,8 @@ class MapConfig:
     """Joints of a robot whose base stands at the world's origin: an NPZ file with stamp (n) [s] and q (n, 6) [rad]; the robot is taken out of the frames."""
     arm: str = "ur5"
     """Which robot these joints are of: ur5 or ur5e."""
+    arm_base: Literal["base", "base_link"] = "base"
+    """Which frame of the robot's base the world is: base, the controller's; or base_link, that of ROS, turned by 180 degrees about z."""
     slice_at: tuple[float, float, float] | None = None
     """Point through which the slices go [m]; the middle of the points if not given."""
     bound: bool = False

@@ -41,14 +41,14 @@ def hints(found: dict[str, Any]) -> list[str]:
     if t["unseen"]:
         option = f"--seen (now {layout['seen']})"
         texts.append(f"up to {t['most_unseen']:,} blocks in view of a frame were left as they are: raise {option}")
-    counted = t["tiles"] - t["beyond"]
+    counted = t["measured"] - t["beyond"]
     if t["outside"] > 0.01 * counted:
         share = 100 * t["outside"] / counted
         texts.append(
             f"{share:.0f} % of what was measured lies outside of the mapped box: give --fit, or another --lower and --shape"
         )
-    if t["beyond"] > 0.05 * t["tiles"]:
-        share = 100 * t["beyond"] / t["tiles"]
+    if t["beyond"] > 0.05 * t["measured"]:
+        share = 100 * t["beyond"] / t["measured"]
         texts.append(
             f"{share:.0f} % of what was measured is nearer than {params['near']:g} m or farther than {params['far']:g} m "
             f"and does not count: set --param near=... far=..."

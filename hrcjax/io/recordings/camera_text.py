@@ -77,7 +77,7 @@ def _leaves(found: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 def _names_of(text: str) -> dict[str, Any]:
     """Names, in small letters, and values of lines `name: value`, also within YAML, and of lists that span lines."""
     named: dict[str, Any] = {}
-    for name, values in re.findall(rf"([A-Za-z_][\w.]*)\s*[:=]\s*\[((?:[^\[\]]|\[[^\[\]]*\])*)\]", text):
+    for name, values in re.findall(r"([A-Za-z_][\w.]*)\s*[:=]\s*\[((?:[^\[\]]|\[[^\[\]]*\])*)\]", text):
         named[_short(name)] = [float(v) for v in re.findall(NUMBER, values)]
     block = r"^[ \t]*([A-Za-z_][\w.]*)[ \t]*:[^\n\[]*\n(?:[ \t]+(?!data)[^\n\[]*\n)*[ \t]+data[ \t]*:\s*\[([^\]]*)\]"
     for name, values in re.findall(block, text, re.MULTILINE):

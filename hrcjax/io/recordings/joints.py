@@ -91,7 +91,7 @@ def read_joints(path: Path, most: np.ndarray) -> JointRecord:
         raise _wrong(path, "the stamps do not ascend")
     if (np.abs(q) > most + ROUND).any():
         row, joint = np.argwhere(np.abs(q) > most + ROUND)[0]
-        degrees = " (degrees? the angles go up to {:.0f}; numpy.radians turns them)".format(np.abs(q).max())
+        degrees = f" (degrees? the angles go up to {np.abs(q).max():.0f}; numpy.radians turns them)"
         turned = degrees if (np.abs(q) <= np.degrees(most) + 1).all() else ""
         raise _wrong(
             path, f"joint {joint} of row {row} is {q[row, joint]:g}, which this arm cannot reach [rad]{turned}"
