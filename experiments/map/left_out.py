@@ -1,6 +1,6 @@
 """What of a recording does not belong into its map: what is outside of a box, and the robot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -40,6 +40,15 @@ class LeftOut:
     """Of the robot, over time."""
     base: str = BASES[0]
     """Which frame of the robot's base is the world's: one of BASES."""
+
+    @property
+    def named(self) -> bool:
+        """Whether the file of joints names them."""
+        return self.joints is not None and self.joints.named
+
+    def with_base(self, base: str) -> "LeftOut":
+        """The same with another base."""
+        return replace(self, base=base)
 
     def body_at(self, q: Joints | None) -> Capsules | None:
         """The robot in the world; None: it is not in the picture.

@@ -33,8 +33,10 @@ ACCEPTED = (
 class JointRecord:
     """Joints over time, linear between two records."""
 
-    def __init__(self, path: Path, stamps: np.ndarray, q: np.ndarray, notes: tuple[str, ...] = ()) -> None:
-        self.path, self.stamps, self.q, self.notes = path, stamps, q, notes
+    def __init__(
+        self, path: Path, stamps: np.ndarray, q: np.ndarray, notes: tuple[str, ...] = (), named: bool = False
+    ) -> None:
+        self.path, self.stamps, self.q, self.notes, self.named = path, stamps, q, notes, named
 
     def at(self, stamp: float) -> np.ndarray | None:
         """Joints (6,) at `stamp` [rad]; None: not known."""
@@ -96,7 +98,7 @@ def read_joints(path: Path, most: np.ndarray) -> JointRecord:
         raise _wrong(
             path, f"joint {joint} of row {row} is {q[row, joint]:g}, which this arm cannot reach [rad]{turned}"
         )
-    return JointRecord(path, stamps, q, tuple(notes))
+    return JointRecord(path, stamps, q, tuple(notes), bool(named))
 
 
 def columns_of(path: Path, names: Sequence[str]) -> list[int]:
