@@ -60,7 +60,9 @@ class BodyCheck:
         for (base, order), found in self.found.items():
             body = self._bodies[base](q[jnp.asarray(order)])
             assert body is not None
-            a, b, radius = (np.asarray(v, np.float64)[1:] for v in (body.a, body.b, body.radius))  # the base stands still
+            a, b, radius = (
+                np.asarray(v, np.float64)[1:] for v in (body.a, body.b, body.radius)
+            )  # the base stands still
             share = np.linspace(0, 1, PLACES)[:, None, None]
             places = ((1 - share) * a + share * b).reshape(-1, 3)
             own, measured = depth_at((places - frame.position) @ frame.rotation)

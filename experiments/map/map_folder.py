@@ -4,6 +4,7 @@ from pathlib import Path
 
 from hrcjax.lab.atomic import TEMPORARY, remove_temporaries, storage_errors
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.writable import check_writable
 
 MAP, POINTS, STATISTICS = "map.npz", "cloud.ply", "statistics.json"
 FIGURES = ("slices.png", "bound.png", "cloud.png")
@@ -17,13 +18,14 @@ def default_folder(recording: Path) -> Path:
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
-    """Refuses a folder in which results would replace others.
+    """Refuses a folder in which results would replace others, or that cannot be written to.
 
     Raises:
-        UsageError: a map is there and may not be replaced; other files are there and no map; it is a file.
+        UsageError: a map is there and may not be replaced; other files are there and no map; it is a file; it takes no file.
     """
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"{folder} is a file, not a folder: give another --output")
+    check_writable(folder, "--output")
     if not folder.is_dir():
         return
     there = sorted(path.name for path in folder.iterdir() if not path.name.startswith(TEMPORARY))

@@ -13,7 +13,10 @@ def summary_text(found: dict[str, Any], seconds: float) -> str:
         seconds: that the run took [s].
     """
     t, layout = found["totals"], found["layout"]
-    lines = [f"{t['used']:,} of {t['frames']:,} frames used, in {duration(seconds)}"]
+    lines = [f"WARNING: {text}" for text in found.get("warnings", ())]
+    if mostly_refused(found):
+        lines.append(f"WARNING: most frames were refused, {t['frames'] - t['used']:,} of {t['frames']:,}")
+    lines.append(f"{t['used']:,} of {t['frames']:,} frames used, in {duration(seconds)}")
     for what, reasons in (("refused", t["refused"]), ("not read", t["not_read"])):
         if reasons:
             lines.append(f"  {what}: " + "; ".join(f"{times} x {reason}" for reason, times in reasons.items()))
@@ -28,6 +31,33 @@ def summary_text(found: dict[str, Any], seconds: float) -> str:
             f"reading it {t['read_ms_median']:.1f} ms; compilation {duration(t['compile_s'])}"
         )
     return "\n".join(lines + [f"note: {text}" for text in hints(found)])
+
+
+def mostly_refused(found: dict[str, Any]) -> bool:
+    """Whether less than half of the frames were used."""
+    return 2 * found["totals"]["used"] < found["totals"]["frames"]
+
+
+def nothing_taken(found: dict[str, Any]) -> str:
+    """Why a run has taken nothing into its map, and which option helps; "": it has."""
+    t, params = found["totals"], found["params"]
+    if t["used"] and (t["points"] or t["new"]):
+        return ""
+    why = [f"{times} x {reason}" for reason, times in t["refused"].items()]
+    if t["beyond"]:
+        why.append(
+            f"{t['beyond']:,} points nearer than {params['near']:g} m or farther than {params['far']:g} m: give --per-metre if "
+            "depth is not in metres, or --param near=... far=..."
+        )
+    if t["outside"]:
+        why.append(
+            f"{t['outside']:,} points outside of the mapped box: give --fit, or another --lower and --shape, or --per-metre if "
+            "they are not in metres"
+        )
+    if "crop" in found:
+        why.append("what is outside of --crop does not count")
+    text = "; ".join([*why, *(hint for hint in hints(found) if t["refused"])]) or "no frame holds a surface"
+    return f"nothing was taken into the map, and nothing is written ({text})"
 
 
 def hints(found: dict[str, Any]) -> list[str]:
@@ -62,7 +92,15 @@ def hints(found: dict[str, Any]) -> list[str]:
     if t["waiting"]:
         texts.append(f"{t['waiting']:,} blocks wait to be fitted: their distances are rough")
     if any("leapt ahead" in reason for reason in t["refused"]):
-        texts.append("stamps were too far apart: if the recording pauses, set --param longest_gap=...")
+        texts.append(
+            "stamps were too far apart: if they are not in seconds, convert them; if the recording pauses, set --param "
+            "longest_gap=..."
+        )
+    if any("too few pixels" in reason for reason in t["refused"]):
+        texts.append(
+            "frames had hardly any depth in the range of the sensor: if depth is not in metres give --per-metre, or set --param "
+            "near=... far=..."
+        )
     if any("pose leapt" in reason for reason in t["refused"]):
         texts.append(
             f"a camera that moves faster than {params['top_speed']:g} m/s or turns faster than {params['top_turn']:g} rad/s "

@@ -23,7 +23,7 @@ def table(name: str, rows: Mapping[str, Row]) -> str:
 
 
 def read_results(path: Path) -> dict[str, dict[str, Row]]:
-    """The sections that a file has already; empty if there is no file.
+    """The sections that a file has already; none if there is no file, or an empty one.
 
     Raises:
         UsageError: it is no such file.
@@ -31,7 +31,8 @@ def read_results(path: Path) -> dict[str, dict[str, Row]]:
     if not path.exists():
         return {}
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        found = json.loads(text) if text.strip() else {}
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} cannot be read as JSON; remove it or choose another --json") from error
     if not isinstance(found, dict):

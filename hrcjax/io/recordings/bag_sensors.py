@@ -60,12 +60,11 @@ def find_sensors(
                 raise UsageError(f"bag {bag.path}: {chosen}: {error}") from None
             if lens is not None:
                 note = f"{topic}: undistorted by {chosen} ({lens.model}); give --intrinsics if these images are straight already"
-        if camera is not None:
-            if (first.width, first.height) != (camera.width, camera.height):
-                raise UsageError(
-                    f"bag {bag.path}: {topic} has {first.width}x{first.height} pixels, its intrinsics are of "
-                    f"{camera.width}x{camera.height}: name the CameraInfo topic or give the intrinsics of this camera"
-                )
+        if camera is not None and (first.width, first.height) != (camera.width, camera.height):
+            raise UsageError(
+                f"bag {bag.path}: {topic} has {first.width}x{first.height} pixels, its intrinsics are of "
+                f"{camera.width}x{camera.height}: name the CameraInfo topic or give the intrinsics of this camera"
+            )
         sensors.append(Sensor(topic, frame_name(first.header.frame_id), camera, lens, note))
     return sensors
 

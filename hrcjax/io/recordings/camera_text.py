@@ -95,7 +95,7 @@ def _short(name: str) -> str:
 
 def _numbers_of(found: Any) -> list[float]:
     """All numbers of a list of lists; nothing if it holds something else."""
-    if isinstance(found, bool) or isinstance(found, str | Mapping) or found is None:
+    if isinstance(found, (bool, str | Mapping)) or found is None:
         return []
     if isinstance(found, int | float):
         return [float(found)]
