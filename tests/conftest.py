@@ -1,6 +1,10 @@
-"""Shared by all tests: both precisions, strict promotion, a compilation cache, and the place of outside data."""
+"""Shared by all tests: both precisions, strict promotion, a compilation cache, memory, and the place of outside data."""
 
+import ctypes
+import gc
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import jax
@@ -16,6 +20,16 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 _cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla-tests"
 jax.config.update("jax_compilation_cache_dir", str(_cache))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forget_programs() -> Iterator[None]:
+    """Traced and compiled programs of a module go with it: kept, they fill 6 GB in each worker of a whole run."""
+    yield
+    jax.clear_caches()
+    gc.collect()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).malloc_trim(0)  # what was freed goes back to the system
 
 
 @pytest.fixture(params=["float32", "float64"])
