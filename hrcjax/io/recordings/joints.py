@@ -81,7 +81,7 @@ def read_joints(path: Path, most: np.ndarray) -> JointRecord:
     notes = [
         f"joints of {path.name}: {'by their names' if named else 'from the base to the flange (ASSUMED, no joint_names are there)'}"
     ]
-    unit = stamp_unit(stamps)
+    unit = stamp_unit(stamps, longest=GAP)
     if unit != "seconds":
         notes.append(f"stamps of {path.name}, by their size, in {unit}")
     stamps, q = stamps.astype(np.float64) / UNITS[unit], q.astype(np.float64)

@@ -9,7 +9,7 @@ from hrcjax.io.recordings.files import files_with, text_lines
 from hrcjax.io.recordings.pose import fault_of_numbers, fault_of_rotation
 from hrcjax.lab.errors import UsageError
 
-Faults = dict[int, str]  # number of a row -> what is wrong with it
+Faults = dict[int, tuple[str, str]]  # number of a row -> where it stands, and what is wrong with it
 
 
 def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
@@ -27,7 +27,8 @@ def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
     accepted = f"a line '{'stamp ' if stamped else ''}tx ty tz qx qy qz qw' for each pose, camera to world, [m], unit quaternion"
     lines = text_lines(path, accepted)
     counts = (8,) if stamped else (7, 12, 16)
-    rows, faults = [], {}
+    rows: list[np.ndarray] = []
+    faults: Faults = {}
     for number, line in lines:
         words = line.replace(",", " ").split()
         try:
@@ -39,12 +40,12 @@ def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
         row, fault = _of_matrix(row) if row.size > 8 else (row, fault_of_numbers(row[-7:]))
         fault = fault or ("" if np.isfinite(row[0]) else "the stamp is not finite")
         if fault:
-            faults[len(rows)] = f"line {number}: {fault}"
+            faults[len(rows)] = f"line {number}", fault
         rows.append(row)
     if not rows:
         raise UsageError(f"{path} holds no pose: accepted is {accepted}")
     if len(faults) == len(rows):
-        raise UsageError(f"{path} {faults[0]}, nor is any other line a pose; accepted is {accepted}")
+        raise UsageError(f"{path} {': '.join(faults[0])}, nor is any other line a pose; accepted is {accepted}")
     return np.stack(rows), faults
 
 
@@ -52,7 +53,8 @@ def read_pose_folder(folder: Path) -> tuple[np.ndarray, Faults]:
     """Rows tx ty tz qx qy qz qw (pose, 7) of a folder of files *.txt in natural order, each a matrix 4 x 4 or 3 x 4, camera
     to world [m]; else as `read_poses`."""
     accepted = "a file with a matrix 4 x 4, camera to world [m], for each pose"
-    rows, faults = [], {}
+    rows: list[np.ndarray] = []
+    faults: Faults = {}
     for path in files_with(folder, (".txt",)):
         words = " ".join(line for _, line in text_lines(path, accepted)).replace(",", " ").split()
         try:
@@ -63,7 +65,7 @@ def read_pose_folder(folder: Path) -> tuple[np.ndarray, Faults]:
             raise UsageError(f"{path} is no pose: accepted is {accepted}")
         row, fault = _of_matrix(numbers)
         if fault:
-            faults[len(rows)] = f"{path.name}: {fault}"
+            faults[len(rows)] = path.name, fault
         rows.append(row)
     if len(faults) == len(rows):
         raise UsageError(f"{folder} holds no pose: accepted is {accepted}")

@@ -58,7 +58,8 @@ def open_numbered_folder(
     def read(skip: Skip) -> Iterator[InputFrame]:
         for index, (path, numbers) in enumerate(zip(images, poses, strict=True)):
             if index in faults:
-                skip(f"{path.name}: no pose ({name} {faults[index]})")
+                where, fault = faults[index]
+                skip(f"{path.name}, {name} {where}: no pose ({fault})")
                 continue
             yield _frame(index / rate, path, pose_of(numbers), camera, timed)
 
@@ -114,8 +115,8 @@ def open_tum_folder(
     camera = depth_camera(folder, images[0][1], intrinsics, scale, TUM_CAMERA)
 
     def read(skip: Skip) -> Iterator[InputFrame]:
-        for fault in faults.values():
-            skip(f"groundtruth.txt {fault}")
+        for where, fault in faults.values():
+            skip(f"groundtruth.txt {where}: no pose ({fault})")
         for stamp, path, pose in placed:
             if pose is None:
                 skip(f"{path.name} at {stamp:.6f} s: no pose of groundtruth.txt within {near:g} s")

@@ -10,16 +10,17 @@ LONGEST_STEP = 10.0
 """Frames of a recording are not farther apart than this, by their median [s]."""
 
 
-def stamp_unit(stamps: np.ndarray) -> str:
+def stamp_unit(stamps: np.ndarray, longest: float = LONGEST_STEP) -> str:
     """The unit of stamps (n,): a key of UNITS.
 
     A clock that counts from 1970 tells its unit by its size. Another one is taken to be in the largest unit in which
-    the median step is not above LONGEST_STEP; a single stamp is in seconds.
+    the median step is not above `longest` [s]; a single stamp is in seconds.
     """
     stamps = np.asarray(stamps, np.float64)
-    for unit, per_second in UNITS.items():
-        if stamps.size and EPOCH[0] <= stamps.min() / per_second and stamps.max() / per_second < EPOCH[1]:
-            return unit
     steps = np.diff(np.unique(stamps))
     step = float(np.median(steps)) if len(steps) else 0.0
-    return next((unit for unit, per_second in UNITS.items() if step / per_second <= LONGEST_STEP), "nanoseconds")
+    fitting = [unit for unit, per_second in UNITS.items() if step / per_second <= longest] or ["nanoseconds"]
+    for unit in fitting:
+        if stamps.size and EPOCH[0] <= stamps.min() / UNITS[unit] and stamps.max() / UNITS[unit] < EPOCH[1]:
+            return unit
+    return fitting[0]
