@@ -56,7 +56,7 @@ def nothing_taken(found: dict[str, Any]) -> str:
         )
     if "crop" in found:
         why.append("what is outside of --crop does not count")
-    text = "; ".join([*why, *(hint for hint in hints(found) if t["refused"])]) or "no frame holds a surface"
+    text = "; ".join([*why, *(hints(found) if t["refused"] else ())]) or "no frame holds a surface"
     return f"nothing was taken into the map, and nothing is written ({text})"
 
 

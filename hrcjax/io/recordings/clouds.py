@@ -7,7 +7,7 @@ import numpy as np
 
 from hrcjax.io.recordings.files import files_with
 from hrcjax.io.recordings.frame import InputFrame
-from hrcjax.io.recordings.npz_file import RATE, measured_points, read_npz
+from hrcjax.io.recordings.npz_file import RATE, measured_points, read_npz, unit_of_stamps
 from hrcjax.io.recordings.ply_file import read_ply
 from hrcjax.io.recordings.source import InputSource, Skip
 from hrcjax.lab.errors import UsageError
@@ -70,4 +70,6 @@ def open_clouds(
                 skip(f"{file.name}: no finite point")
 
     every_ply = all(file.suffix.lower() == ".ply" for file in files)
-    return InputSource(path, "point clouds", len(files) if every_ply else None, read)
+    unit = unit_of_stamps(files[0]) if files[0].suffix.lower() == ".npz" else "seconds"
+    notes = (f"stamps of {files[0].name}, by their size, in {unit}",) if unit != "seconds" else ()
+    return InputSource(path, "point clouds", len(files) if every_ply else None, read, notes=notes)

@@ -114,6 +114,15 @@ def _fault_of_pose(each: Mapping[str, np.ndarray], i: int) -> str:
     return fault
 
 
+def unit_of_stamps(path: Path) -> str:
+    """The unit of a file's stamps, which their size tells; seconds where it has none, or is broken, which its reader says."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return stamp_unit(np.ravel(file["stamp"]).astype(np.float64)) if "stamp" in file.files else "seconds"
+    except Exception:  # a broken archive raises errors of many types
+        return "seconds"
+
+
 def measured_points(points: np.ndarray) -> np.ndarray:
     """Rows of points (n, 3) in the sensor's axes that are measurements, float32: finite, and not the sensor itself."""
     cloud = np.asarray(points, np.float32)
