@@ -4,7 +4,8 @@ from pathlib import Path
 
 from hrcjax.lab.atomic import remove_temporaries, storage_errors
 from hrcjax.lab.errors import UsageError
-from hrcjax.lab.run_folder import check_writable, folder_name, own_files
+from hrcjax.lab.run_folder import folder_name, own_files
+from hrcjax.lab.writable import check_writable
 
 MAP, POINTS, STATISTICS = "map.npz", "cloud.ply", "statistics.json"
 FIGURES = ("slices.png", "bound.png", "cloud.png")
@@ -21,8 +22,7 @@ def check_folder(folder: Path, overwrite: bool) -> None:
     """Refuses a folder that cannot be written, or in which results would replace others.
 
     Raises:
-        UsageError: a map is there and may not be replaced; other files are there and no map; it is a file.
-        StorageError: it cannot be made or written.
+        UsageError: a map is there and may not be replaced; other files are there and no map; it takes no file.
     """
     check_writable(folder, "--output")
     own = own_files(folder, OWN, (), "map", "--output")

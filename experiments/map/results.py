@@ -13,10 +13,9 @@ from hrcjax.io.map_file import save_map
 from hrcjax.io.point_file import write_ply
 from hrcjax.lab.any_name import title
 from hrcjax.lab.atomic import replace_file, write_bytes
-from hrcjax.map import FieldMap, MapLayout, MapParams
+from hrcjax.map import FieldMap, MapLayout, MapParams, labelled_points
 from hrcjax.viz import POINT_COLOURS, cloud_views, field_slices
 
-from .labelled_points import labelled_points
 from .map_folder import FIGURES, MAP, POINTS, STATISTICS
 from .slices import make_slices
 

@@ -14,8 +14,9 @@ from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance, versions
-from hrcjax.lab.run_folder import check_writable, folder_name
+from hrcjax.lab.run_folder import folder_name
 from hrcjax.lab.table import aligned
+from hrcjax.lab.writable import check_writable
 from hrcjax.sweeps.dataset import taken_names, world_shape, write_results
 from hrcjax.sweeps.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
 from hrcjax.sweeps.settings import Settings, make_settings

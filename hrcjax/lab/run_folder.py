@@ -1,7 +1,5 @@
-"""The folder of a run: its default name, and what speaks against writing there, found out before the work begins."""
+"""The folder of a run: its default name, and what of earlier runs or of others is in it."""
 
-import contextlib
-import errno
 import hashlib
 import os
 from collections.abc import Collection
@@ -12,8 +10,6 @@ from hrcjax.lab.errors import StorageError, UsageError
 
 LONGEST = 100
 """Bytes of a folder's default name; file systems take 255."""
-PROBE = 64 * 1024
-"""Bytes that are written on trial."""
 
 
 def folder_name(text: str) -> str:
@@ -24,39 +20,6 @@ def folder_name(text: str) -> str:
     digest = hashlib.sha256(whole).hexdigest()[:8]
     start = os.fsdecode(whole[: LONGEST - 9]).encode(errors="ignore").decode()  # no half characters
     return f"{start}-{digest}"
-
-
-def check_writable(folder: Path, option: str) -> None:
-    """Writes on trial into the folder, or into the one where it would be made, and leaves nothing behind.
-
-    Args:
-        option: that names the folder.
-
-    Raises:
-        UsageError: it is a file.
-        StorageError: it cannot be made or written: no right, a name too long, below a file, no space.
-    """
-    if os.path.exists(folder) and not os.path.isdir(folder):
-        raise UsageError(f"{folder} is a file, not a folder; give another {option}")
-    place, missing = folder.absolute(), []
-    while not os.path.lexists(place):
-        missing.append(place.name)
-        place = place.parent
-    probe = place / f"{TEMPORARY}{os.getpid()}-probe"
-    try:
-        longest = os.pathconf(place, "PC_NAME_MAX")
-        if any(len(os.fsencode(name)) > longest for name in missing):
-            raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG))
-        try:
-            with open(probe, "xb") as file:
-                file.write(bytes(PROBE))
-                file.flush()
-                os.fsync(file.fileno())
-        finally:
-            with contextlib.suppress(OSError):
-                probe.unlink(missing_ok=True)
-    except OSError as error:
-        raise StorageError(f"cannot write {folder}: {error.strerror}; give another {option}") from error
 
 
 def own_files(folder: Path, claims: Collection[str], known: Collection[str], what: str, option: str) -> list[str]:

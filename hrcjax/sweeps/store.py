@@ -20,7 +20,8 @@ import xarray as xr
 
 from hrcjax.lab.atomic import remove_temporaries, storage_errors, write_bytes
 from hrcjax.lab.errors import StorageError, UsageError, one_line
-from hrcjax.lab.run_folder import check_writable, own_files
+from hrcjax.lab.run_folder import own_files
+from hrcjax.lab.writable import check_writable
 
 CONFIG, RESULTS, CHUNKS, LOCK = "config.json", "results.nc", "chunks", ".lock"
 ENGINE = "h5netcdf"
