@@ -49,3 +49,12 @@ def shared_data() -> Path:
             f"outside data not found at {folder}; set HRCJAX_DATA to the folder that holds human_motion/ and rgbd/"
         )
     return folder
+
+
+@pytest.fixture(scope="session")
+def shared_cases() -> Path:
+    """The folder of inputs on which programs fell short, read in place, or a skip with its reason."""
+    folder = Path(os.environ.get("HRCJAX_CASES", Path(__file__).parents[2] / "shared" / "cases"))
+    if not folder.is_dir():
+        pytest.skip(f"cases not found at {folder}; set HRCJAX_CASES to the folder that holds bvh_z_up/")
+    return folder

@@ -1,21 +1,17 @@
 """The people of a cell by name: made motions, recorded ones, several at once."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from hrcjax.io.motions.motion import Motion, read_motion
+from hrcjax.io.motions.spec import FORMS, motion_spec, people_of
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, together
 
 FASTEST = 8.0
 """Speed of a joint beyond which a recording jumps: faster than hands are at work [m/s]."""
 PERSON_RATE = 30.0
 """Poses a second of a person's record [Hz]."""
-
-
-def people_of(name: str) -> list[str]:
-    """The people that a name stands for: "reach_in+pass_by" are two; a file may have a plus in its name."""
-    return [name] if "+" not in name or Path(name).is_file() else name.split("+")
 
 
 def make_people(name: str, scene: Scene, seed: int, duration: float, places: int) -> Person:
@@ -34,37 +30,35 @@ def make_people(name: str, scene: Scene, seed: int, duration: float, places: int
 
 
 def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
-    """A motion by name, or a recorded one from a BVH file.
+    """A motion by name, or a recorded one: see `hrcjax.io.motions.spec`.
 
     Raises:
         ValueError: no such motion, or a file that is missing or broken.
     """
     if name in MOTIONS:
         return motion_named(name, scene, seed, duration, PERSON_RATE)
-    if not name.lower().endswith(".bvh"):
-        raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or a file that ends in .bvh")
-    positions, names, rate = _recording(name)
-    return person_from_joints(positions, names, rate, scene, duration, PERSON_RATE)
+    motion = _recording(name, duration)
+    return person_from_joints(motion.positions, motion.names, motion.rate, scene, duration, PERSON_RATE)
 
 
 @cache
-def _recording(name: str) -> tuple[np.ndarray, tuple[str, ...], float]:
-    """A BVH file, read once."""
-    from hrcjax.io.bvh import read_bvh  # here: its library is slow to import
-
-    return read_bvh(Path(name))
+def _recording(name: str, duration: float) -> Motion:
+    """What is played of a motion file, read once."""
+    spec = motion_spec(name)
+    if spec is None:
+        raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or {FORMS}")
+    return read_motion(spec, duration)
 
 
 def recording_notes(name: str, duration: float) -> list[str]:
     """What to know of a recorded person: how much of it an episode takes, and where it jumps."""
-    positions, _, rate = _recording(name)
-    length, notes = len(positions) / rate, []
-    used = positions[: round(duration * rate) + 1]
+    motion = _recording(name, duration)
+    rate, length, notes = motion.rate, motion.length, list(motion.notes)
     if length > duration:
         notes.append(f"{name}: the first {duration:g} s of {length:.1f} s are played")
     elif length < duration:
         notes.append(f"{name}: {length:.1f} s long; the last pose is held to {duration:g} s")
-    speed = np.linalg.norm(np.diff(used, axis=0), axis=-1).max(axis=1, initial=0.0) * rate
+    speed = np.linalg.norm(np.diff(motion.positions, axis=0), axis=-1).max(axis=1, initial=0.0) * rate
     if (speed > FASTEST).any():
         first = float(np.argmax(speed > FASTEST)) / rate
         notes.append(

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from hrcjax.cells.named_cell import find_cell
-from hrcjax.cells.people import PERSON_RATE, make_person, people_of, recording_notes
+from hrcjax.cells.people import PERSON_RATE, make_person, recording_notes
 from hrcjax.cells.results import STATUSES, TRACES, evaluate, without_flags
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.cells.worlds import ABOUT, about, build_world
+from hrcjax.io.motions.spec import people_of
 from hrcjax.metrics import METRICS
 from hrcjax.sweeps.sweepable import Metric, Sweepable
 from hrcjax.world import MOTIONS, scene_named
