@@ -74,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return benchmark(*parse_options(arguments, argv, "python -m experiments.benchmark"))
 
-    return exit_status(program)
+    return exit_status(program, "stopped; what --json was given before is kept")
 
 
 if __name__ == "__main__":

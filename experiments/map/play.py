@@ -10,11 +10,11 @@ from hrcjax.io.recordings.frame import InputFrame
 from hrcjax.io.recordings.source import InputSource
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.interrupt import Wish
+from hrcjax.lab.progress import Progress
 
 from .agreement import Agreement
 from .body_check import BodyCheck
 from .config import MapConfig
-from .frame_bar import FrameBar
 from .mapper import Mapper, Taken
 from .notices import Notices
 
@@ -69,7 +69,7 @@ def play(
     agreement = Agreement()
     body = BodyCheck(mapper.left_out) if mapper.left_out.joints is not None else None
     warned, heard = False, 0
-    with FrameBar(count) as bar:
+    with Progress(count, unit="frame") as bar:
         refused, left_out = Notices(bar.say), Notices(bar.say)
         while not wish.stop:
             begin = time.perf_counter()
@@ -94,7 +94,7 @@ def play(
             agreement.add(frame)
             if body is not None and (frame.depth is not None or known(frame)):
                 body.add(frame)
-            bar.advance(f"{taken.counts['blocks']} blocks, {1e3 * taken.seconds:.0f} ms")
+            bar.advance(note=f"{taken.counts['blocks']} blocks, {1e3 * taken.seconds:.0f} ms")
     played.interrupted = wish.stop
     played.not_read = dict(left_out.reasons)
     played.warnings = [line for line in (agreement.line(), body.line() if body is not None else "") if line]

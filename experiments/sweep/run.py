@@ -8,11 +8,15 @@ from typing import Any
 
 import jax
 
+from hrcjax.io.motions.spec import motion_spec
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance, versions
+from hrcjax.lab.run_folder import folder_name
+from hrcjax.lab.table import aligned
+from hrcjax.lab.writable import check_writable
 from hrcjax.sweeps.dataset import taken_names, world_shape, write_results
 from hrcjax.sweeps.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
 from hrcjax.sweeps.settings import Settings, make_settings
@@ -25,10 +29,12 @@ from .config import SweepConfig
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:
     """People by name, and recorded ones also by what is in their file."""
-    return [
-        {"name": name, **({"sha256": file_digest(path)} if (path := Path(name)).is_file() else {})}
-        for name in config.person
-    ]
+    people = []
+    for name in config.person:
+        spec = motion_spec(name)
+        files = [path for path in spec.files if path.is_file()] if spec else []
+        people.append({"name": name} | ({"sha256": " ".join(map(file_digest, files))} if files else {}))
+    return people
 
 
 def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
@@ -59,11 +65,7 @@ def _list_parameters(problem: Sweepable) -> str:
         bounds = f"[{domain[0]:g}, {domain[1]:g}]" if domain else ""
         description, unit = docs.get(name, ("", "1"))
         lines.append([name, f"{default:g}", unit, bounds, short.get(name, ""), description])
-    table = [["parameter", "default", "unit", "domain", "alias", "meaning"], *lines]
-    widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in table
-    )
+    return aligned([["parameter", "default", "unit", "domain", "alias", "meaning"], *lines])
 
 
 def _build(config: SweepConfig) -> Sweepable:
@@ -92,8 +94,9 @@ def _check(config: SweepConfig) -> None:
 
 
 def _default_folder(config: SweepConfig, mark: str) -> Path:
-    people = "+".join(Path(name).stem for name in config.person)
-    return Path("runs") / f"sweep-{'+'.join(config.scene)}-{people}-{mark[:8]}"
+    specs = [motion_spec(name) for name in config.person]
+    people = [spec.path.stem if spec else name for name, spec in zip(config.person, specs, strict=True)]
+    return Path("runs") / f"{folder_name('-'.join(['sweep', '+'.join(config.scene), '+'.join(people)]))}-{mark[:8]}"
 
 
 def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int, attrs: dict[str, Any]) -> None:
@@ -116,6 +119,8 @@ def run(config: SweepConfig) -> int:
     """Runs or resumes a sweep; returns the exit status: 0, or 3 if some results are not finite."""
     begin = time.monotonic()
     _check(config)
+    if not config.list:
+        check_writable(config.out or Path("runs"), "--out")
     problem = _build(config)
     if config.list:
         print(_list_parameters(problem))

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import equinox as eqx
@@ -12,6 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.io.motions.motion import Motion, read_motion
+from hrcjax.io.motions.spec import FORMS, motion_spec
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.metrics import METRICS
 from hrcjax.robot import load_arm, with_tool
@@ -116,37 +117,35 @@ def make_cell(backend: str = "folded", variant: str = "ur5") -> Cell:
 
 
 def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
-    """A motion by name, or a recorded one from a BVH file.
+    """A motion by name, or a recorded one: see `hrcjax.io.motions.spec`.
 
     Raises:
         ValueError: no such motion, or a file that is missing or broken.
     """
     if name in MOTIONS:
         return motion_named(name, scene, seed, duration, PERSON_RATE)
-    if not name.lower().endswith(".bvh"):
-        raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or a file that ends in .bvh")
-    positions, names, rate = _recording(name)
-    return person_from_joints(positions, names, rate, scene, duration, PERSON_RATE)
+    motion = _recording(name)
+    return person_from_joints(motion.positions, motion.names, motion.rate, scene, duration, PERSON_RATE)
 
 
 @cache
-def _recording(name: str) -> tuple[np.ndarray, tuple[str, ...], float]:
-    """A BVH file, read once."""
-    from hrcjax.io.bvh import read_bvh  # here: its library is slow to import
-
-    return read_bvh(Path(name))
+def _recording(name: str) -> Motion:
+    """What an episode plays of a motion file, read once."""
+    spec = motion_spec(name)
+    if spec is None:
+        raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or {FORMS}")
+    return read_motion(spec, EPISODE)
 
 
 def recording_notes(name: str) -> list[str]:
     """What to know of a recorded person: how much of it an episode takes, and where it jumps."""
-    positions, _, rate = _recording(name)
-    length, notes = len(positions) / rate, []
-    used = positions[: round(EPISODE * rate) + 1]
+    motion = _recording(name)
+    rate, length, notes = motion.rate, motion.length, list(motion.notes)
     if length > EPISODE:
         notes.append(f"{name}: the first {EPISODE:g} s of {length:.1f} s are played")
     elif length < EPISODE:
         notes.append(f"{name}: {length:.1f} s long; the last pose is held to {EPISODE:g} s")
-    speed = np.linalg.norm(np.diff(used, axis=0), axis=-1).max(axis=1, initial=0.0) * rate
+    speed = np.linalg.norm(np.diff(motion.positions, axis=0), axis=-1).max(axis=1, initial=0.0) * rate
     if (speed > FASTEST).any():
         first = float(np.argmax(speed > FASTEST)) / rate
         notes.append(

@@ -1,0 +1,116 @@
+"""What is kept of an episode, against the truth of the world; as `hrcjax.sim.outcome`, in plain NumPy and C MuJoCo."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.reference import measures
+from hrcjax.reference.plain import plain
+from hrcjax.reference.safety import safe_distance
+from hrcjax.reference.truth import obstacle_distances, person_distance
+from hrcjax.safety import SsmParams
+from hrcjax.sim import Cell, Params, World
+
+REACHED = 0.02
+"""Distance of the tool to the goal that counts as reached [m]."""
+MOVING = 0.05
+"""Speed of a joint from which on the arm moves [rad/s]."""
+
+
+@dataclass(frozen=True)
+class SerialOutcome:
+    """Measures by name, traces at every `cell.metric_stride` ticks, and what happened."""
+
+    metrics: dict[str, float]
+    separation: NDArray
+    """True distance of the arm to the person [m]."""
+    clearance: NDArray
+    """True distance of the arm to the nearest obstacle [m]."""
+    speed: NDArray
+    """Of the tool [m/s]."""
+    run_status: int
+    """Bits of all ticks."""
+    hit: bool
+    """Whether arm and person touched while the arm moved."""
+
+
+def protective_distances(params: SsmParams, approach: NDArray, separation: NDArray) -> NDArray:
+    """S_p = v_h (T_r + T_s) + v_r T_r + S_s + C + Z_d + Z_r (ISO/TS 15066, 5.5.4) [m].
+
+    Args:
+        approach: speed of the arm towards the person; a retreat counts as 0 [m/s].
+        separation: decides the person's assumed speed (ISO 13855) [m].
+    """
+    v_r = np.maximum(approach, 0.0)
+    v_h = np.where(separation < params.near, params.v_h_near, params.v_h)
+    T_s, S_s = v_r / params.brake, v_r**2 / (2 * params.brake)
+    moving = v_h * (params.reaction_time + T_s) + v_r * params.reaction_time + S_s
+    return moving + params.intrusion + params.Z_d + params.Z_r
+
+
+def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record: Any) -> SerialOutcome:
+    """The measures of an episode.
+
+    Args:
+        params: with plain numbers as leaves.
+        waypoints: the planned path, (waypoint 3) [m].
+        record: every tick, with the names and units of `hrcjax.sim.Record`.
+    """
+    params, k, dt = plain(params), cell.metric_stride, cell.dt
+    ssm, goal = params.safety.ssm, np.asarray(world.scene.goal)
+    q, qd, qdd, tau, tool = (np.asarray(getattr(record, name)) for name in ("q", "qd", "qdd", "tau", "tool"))
+    zone, approach = np.asarray(record.zone), np.asarray(record.approach)[::k]
+
+    separation = person_distance(cell.arm, world.person, q[::k], cell.times[::k])
+    obstacles = obstacle_distances(cell.arm, world.scene, q[::k])
+    clearance = obstacles.min(axis=1)
+    closing = -np.gradient(separation, k * dt)
+    below = separation < protective_distances(ssm, approach, separation)
+
+    at = measures.arrival(tool, goal, REACHED, dt)
+    until, some = slice(0, at.index + 1), slice(0, at.index // k + 1)
+    way, seldom = tool[until], tool[::k][some]
+    evenly = measures.evenly(np.concatenate([way, way[-1:]]), measures.TOOL_WAYPOINTS)
+    rate = 1 / (k * dt)
+    jerk, dimensionless = measures.jerk_measures(seldom, rate)
+    speed = np.zeros(len(tool[::k]) - 1)
+    speed[: len(seldom) - 1] = measures.size(np.diff(seldom, axis=0)) * rate
+    planned = measures.path_length(waypoints)
+    ideal = planned / params.motion.speed + params.motion.speed / params.safety.clock.acceleration
+    safety = measures.safety_score(
+        separation[some], closing[some], obstacles[some][:, np.asarray(world.scene.mask)], safe_distance(ssm, 0.0)
+    )
+    efficiency = measures.efficiency_score(q[until], qd[until], qdd[until], tau[until], dt, ideal, at.time)
+    metrics = {
+        "time_to_goal": at.time,
+        "success": float(at.success),
+        "goal_error": float(measures.size(tool[at.index] - goal)),
+        "plan_length": planned,
+        "plan_bending_energy": measures.path_bending(waypoints),
+        "tool_length": measures.path_length(way),
+        "tool_bending_energy": measures.path_bending(evenly),
+        "clearance": float(clearance.min()),
+        "separation": float(separation.min()),
+        "jerk_rms": jerk,
+        "log_dimensionless_jerk": dimensionless,
+        "sparc": measures.spectral_arc_length(speed, rate),
+        **{
+            f"time_{name}": float((zone[until] == number).sum()) * dt
+            for number, name in enumerate(("green", "yellow", "red", "stop"))
+        },
+        "time_below_sp": float(below[some].sum()) * k * dt,
+        "energy": float(np.abs(tau[until] * qd[until]).sum()) * dt,
+        "score_safety": safety,
+        "score_efficiency": efficiency,
+        "score_overall": 0.8 * safety + 0.2 * efficiency,
+    }
+    return SerialOutcome(
+        metrics=metrics,
+        separation=separation,
+        clearance=clearance,
+        speed=measures.size(np.gradient(tool, dt, axis=0))[::k],
+        run_status=int(np.bitwise_or.reduce(np.asarray(record.status))),
+        hit=bool(((np.abs(qd[::k]).max(axis=1) > MOVING) & (separation < 0)).any()),
+    )

@@ -1,0 +1,127 @@
+"""The truth of a world in plain NumPy: capsules of arm and person at a time, and exact distances between them."""
+
+# pyright: reportAttributeAccessIssue=false
+# mujoco's types are compiled and have no stubs
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.robot.body import Arm
+from hrcjax.world import Person, Scene
+
+FAR = 10.0
+"""Distance to what does not exist [m]; see `hrcjax.geom.segment`."""
+SPHERE, COLUMN = 0, 1
+THIRDS = 90
+"""Steps of the search along a segment: what is left of it is (2/3)^90 = 1e-16."""
+
+
+def arm_axes(arm: Arm, q: NDArray) -> tuple[NDArray, NDArray]:
+    """Both ends of the arm's capsules at every time, (time capsule 3) [m], by MuJoCo's kinematics; the base first.
+
+    Args:
+        q: (time joint) [rad].
+    """
+    model = arm.model
+    data = mujoco.MjData(model)
+    first = int(model.jnt_bodyid[0])
+    bodies = [
+        int(model.jnt_bodyid[link]) if link >= 0 else int(model.body_parentid[first]) for link in arm.capsule_links
+    ]
+    a, b = np.empty((2, len(q), len(bodies), 3))
+    for k, one in enumerate(q):
+        data.qpos[:] = one
+        mujoco.mj_kinematics(model, data)
+        R, p = data.xmat[bodies].reshape(-1, 3, 3), data.xpos[bodies]
+        a[k] = p + (R @ arm.capsule_a[:, :, None])[..., 0]
+        b[k] = p + (R @ arm.capsule_b[:, :, None])[..., 0]
+    return a, b
+
+
+def person_axes(person: Person, times: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Both ends of the person's capsules, (time capsule 3) [m], and whether somebody is there, (time).
+
+    Between frames on a straight line; held before the first and after the last.
+    """
+    a, b, present = (np.asarray(v) for v in (person.a, person.b, person.present))
+    last = len(a) - 1
+    at = np.clip(times * float(person.rate), 0, last)
+    low, high = np.floor(at).astype(int), np.ceil(at).astype(int)
+    part = (at - low)[:, None, None]
+    there = present[low] | present[high]
+    return a[low] * (1 - part) + a[high] * part, b[low] * (1 - part) + b[high] * part, there
+
+
+def segment_distance(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
+    """Distance of the segments a to b and c to d, (... 3), by clamping one place after the other [m].
+
+    C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
+    """
+    u, v, w = b - a, d - c, a - c
+    uu, vv, uv = (u * u).sum(-1), (v * v).sum(-1), (u * v).sum(-1)
+    uw, vw = (u * w).sum(-1), (v * w).sum(-1)
+    point_u, point_v = uu < 1e-24, vv < 1e-24
+    uu_, vv_ = np.where(point_u, 1.0, uu), np.where(point_v, 1.0, vv)
+    across = uu * vv - uv * uv
+    parallel = across <= 1e-12 * uu * vv
+    s = np.where(parallel, 0.0, np.clip((uv * vw - uw * vv) / np.where(parallel, 1.0, across), 0, 1))
+    t = np.where(point_v, 0.0, (uv * s + vw) / vv_)
+    s = np.where(t < 0, -uw / uu_, np.where(t > 1, (uv - uw) / uu_, s))
+    t = np.clip(t, 0, 1)
+    s = np.clip(np.where(point_v, -uw / uu_, s), 0, 1)
+    s = np.where(point_u, 0.0, s)
+    gap = w + s[..., None] * u - t[..., None] * v
+    return np.sqrt((gap * gap).sum(-1))
+
+
+def person_distance(arm: Arm, person: Person, q: NDArray, times: NDArray) -> NDArray:
+    """Least distance between the surfaces of the whole arm and of the person at every time [m]; FAR if nobody is there."""
+    a, b = arm_axes(arm, q)
+    c, d, there = person_axes(person, times)
+    radius = np.asarray(person.radius)
+    axes = segment_distance(a[:, :, None], b[:, :, None], c[:, None], d[:, None])
+    surfaces = axes - arm.capsule_radii[:, None] - radius
+    surfaces = np.where(radius < 0, FAR, surfaces)
+    return np.where(there, surfaces.min(axis=(1, 2)), FAR)
+
+
+def solid_distance(kind: int, center: NDArray, size: NDArray, yaw: float, x: NDArray) -> NDArray:
+    """Signed distance of places (... 3) to an upright solid [m]: a sphere, a cylinder or a box, negative inside."""
+    offset = x - center
+    if kind == SPHERE:
+        return np.sqrt((offset * offset).sum(-1)) - size[0]
+    if kind == COLUMN:
+        beyond = np.stack([np.hypot(offset[..., 0], offset[..., 1]) - size[0], np.abs(offset[..., 2]) - size[2]], -1)
+    else:
+        turn = np.array([[np.cos(yaw), np.sin(yaw), 0], [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+        beyond = np.abs(offset @ turn.T) - size
+    outside = np.sqrt((np.maximum(beyond, 0) ** 2).sum(-1))
+    return outside + np.minimum(beyond.max(-1), 0)
+
+
+def obstacle_distances(arm: Arm, scene: Scene, q: NDArray) -> NDArray:
+    """Least signed distance of the moving links' surfaces to every obstacle, (time obstacle) [m]; FAR where none is.
+
+    The signed distance to a convex solid is convex along a line: its least value is found by thirds.
+    """
+    a, b = (ends[:, 1:] for ends in arm_axes(arm, q))  # the base stands still
+    found = np.full((len(q), len(scene.kind)), FAR)
+    for k in np.flatnonzero(scene.mask):
+        solid = int(scene.kind[k]), np.asarray(scene.center[k]), np.asarray(scene.size[k]), float(scene.yaw[k])
+        least = _least(lambda s, solid=solid: solid_distance(*solid, a + s[..., None] * (b - a)), a.shape[:2])
+        found[:, k] = (least - arm.capsule_radii[1:]).min(axis=1)
+    return found
+
+
+def _least(at: Callable[[NDArray], NDArray], shape: tuple[int, ...]) -> NDArray:
+    """Least values of convex functions on [0, 1]."""
+    zero = np.zeros(shape)
+    low, high = zero, zero + 1
+    for _ in range(THIRDS):
+        s, t = low + (high - low) / 3, high - (high - low) / 3
+        left = at(s) <= at(t)
+        low, high = np.where(left, low, s), np.where(left, t, high)
+    return np.minimum(at((low + high) / 2), np.minimum(at(zero), at(zero + 1)))
