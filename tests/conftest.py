@@ -11,6 +11,8 @@ import jax
 import jax.numpy as jnp
 import pytest
 
+import hrcjax  # noqa: F401  # sets the flags of XLA that it needs, before a test computes
+
 # Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own.
 os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 " + os.environ.get(
     "XLA_FLAGS", ""
@@ -46,4 +48,13 @@ def shared_data() -> Path:
         pytest.skip(
             f"outside data not found at {folder}; set HRCJAX_DATA to the folder that holds human_motion/ and rgbd/"
         )
+    return folder
+
+
+@pytest.fixture(scope="session")
+def shared_cases() -> Path:
+    """The folder of inputs on which programs fell short, read in place, or a skip with its reason."""
+    folder = Path(os.environ.get("HRCJAX_CASES", Path(__file__).parents[2] / "shared" / "cases"))
+    if not folder.is_dir():
+        pytest.skip(f"cases not found at {folder}; set HRCJAX_CASES to the folder that holds bvh_z_up/")
     return folder

@@ -16,6 +16,7 @@ from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.errors import UsageError, exit_status
 from hrcjax.lab.options import parse_options
 from hrcjax.lab.rows import Row, read_results, table
+from hrcjax.lab.writable import check_writable
 
 SECTIONS = ("arm", "field", "grad", "sweep", "map")
 
@@ -44,6 +45,8 @@ def benchmark(section: str, json_file: Path | None) -> int:
     results = read_results(json_file) if json_file else {}
     if json_file and not json_file.parent.is_dir():
         raise UsageError(f"no folder {json_file.parent} for --json")
+    if json_file:
+        check_writable(json_file.parent, "--json")
     for name in names:
         rows = run_section(name)
         print(table(name, rows) + "\n", flush=True)
@@ -71,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return benchmark(*parse_options(arguments, argv, "python -m experiments.benchmark"))
 
-    return exit_status(program)
+    return exit_status(program, "stopped; what --json was given before is kept")
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return parse_options(figures, argv, "python -m experiments.figures")
 
-    return exit_status(program)
+    return exit_status(program, "stopped")
 
 
 if __name__ == "__main__":

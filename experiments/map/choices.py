@@ -12,6 +12,7 @@ from hrcjax.io.recordings.open_input import open_input
 from hrcjax.io.recordings.source import InputSource
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.field_docs import leaf_docs
+from hrcjax.lab.table import aligned
 from hrcjax.map import MapLayout, MapParams, StreamParams
 from hrcjax.map.params import POSITIVE
 
@@ -160,8 +161,7 @@ def parameter_table() -> str:
     for params in (MapParams(), StreamParams()):
         for name, (meaning, unit) in leaf_docs(params).items():
             lines.append([name, f"{float(getattr(params, name)):g}", unit, meaning])
-    widths = [max(len(line[i]) for line in lines) for i in range(4)]
-    return "\n".join("  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)).rstrip() for line in lines)
+    return aligned(lines)
 
 
 def choose_layout(

@@ -10,7 +10,25 @@ from hrcjax.lab.options import parse_options
 DESCRIPTION = """Take a recording of depth frame by frame into a map: a smooth distance field that remembers.
 
 Writes to runs/map-NAME: map.npz (the map, to be opened again), cloud.ply (its points: static, dynamic, new),
-statistics.json, and figures: slices of the distance, the points from three sides. Ctrl-C ends early and still writes.
+statistics.json, and figures: slices of the distance, the points from three sides. Ctrl-C and SIGTERM end early and still write.
+
+What is read (docs/formats.md has all): lengths in metres, stamps in seconds (other units are found by their size), rotations as
+quaternions qx qy qz qw, poses from the camera to the world (a point p of the camera is at R p + t), camera axes x right, y down,
+z forward.
+  folder    depth/*.png or *.pgm (16 bits), pose.txt with a line tx ty tz qx qy qz qw for each image. The camera is read from a
+            file beside the images (camera.txt, intrinsics JSON, YAML of ORB-SLAM or ROS, a 3 x 3 matrix). Without one
+            fx 518 fy 519 cx 325.5 cy 253.5 of 640x480 pixels and 1000 a metre are ASSUMED: give --intrinsics, --per-metre.
+  TUM       depth.txt, groundtruth.txt with lines stamp tx ty tz qx qy qz qw. Without a camera file fx = fy = 525, cx 319.5,
+            cy 239.5 of 640x480 pixels and 5000 a metre are ASSUMED.
+  NPZ       depth (height, width) or (frame, height, width) with intrinsics fx fy cx cy; or points (n, 3) or (frame, n, 3);
+            optionally mask, stamp, rotation (3, 3), position (3). Whole numbers need --per-metre.
+  PLY       vertices x y z in the axes of the world. Whole numbers need --per-metre.
+  bag       16UC1 (1000 a metre) or 32FC1 images with CameraInfo, or PointCloud2; poses of tf or of a topic.
+  --joints  NPZ with stamp (n) and q (n, 6) [rad]: shoulder pan, shoulder lift, elbow, wrist 1, 2, 3; or any order with
+            joint_names. ROS's /joint_states is in the order of the alphabet: give the names.
+
+Exit status: 0 done; 1 results could not be written; 2 wrong options, or nothing was taken in; 3 done, but most frames were
+refused; 130 or 143 stopped by Ctrl-C or SIGTERM, with results.
 
 Examples:
 
@@ -25,6 +43,9 @@ Examples:
 
   A ROS bag with two depth cameras, in the frame of the robot's base:
     python -m experiments.map --input run.bag --topics /left/depth /right/depth --world-frame base_link
+
+  The same with the arm taken out; ROS's base_link is the arm's base turned by 180 degrees:
+    python -m experiments.map --input run.bag --world-frame base_link --joints joints.npz --arm-base base_link
 
   Point clouds taken by a sensor that stood 1.2 m over the origin:
     python -m experiments.map --input path/to/plys --fit --origin 0 0 1.2
@@ -55,7 +76,7 @@ class MapConfig:
     continue_from: Path | None = None
     """Go on from this map.npz; its box, sizes and parameters hold."""
     fit: bool = False
-    """Choose box and sizes by a first look at the recording."""
+    """Choose box, sizes and the limits of depth (near, far) by a first look at the recording."""
     lower: tuple[float, float, float] | None = None
     """Corner of the mapped box with the least coordinates [m]; -2 -2 -0.4 if not given."""
     shape: tuple[int, int, int] | None = None
@@ -79,11 +100,11 @@ class MapConfig:
     frames: int | None = None
     """Take at most so many frames."""
     intrinsics: tuple[float, float, float, float, int, int] | None = None
-    """fx fy cx cy width height of the depth camera [px]. Folders of images, bags."""
+    """fx fy cx cy width height of the depth camera, of images without distortion [px]; without it those of a file beside the images or of CameraInfo. Folders of images, bags."""
     per_metre: float | None = None
-    """The depth images' number for one metre. Folders of images, bags."""
+    """The number of depth images and points for one metre, such as 1000 for millimetres. Folders: that of the camera's file, or 1000, TUM 5000; bags: 1000 for 16UC1, else 1; NPZ and PLY: 1, and needed for whole numbers."""
     rate: float | None = None
-    """Frames a second where the recording has no stamps [Hz]. Folders with pose.txt, PLY, NPZ."""
+    """Frames a second where the recording has no stamps [Hz]; without it no speed is checked there. Folders with pose.txt, PLY, NPZ."""
     tolerance: float | None = None
     """How far the nearest pose may be from a frame [s]. TUM folders, bags."""
     origin: tuple[float, float, float] | None = None
@@ -103,9 +124,11 @@ class MapConfig:
     crop: tuple[float, float, float, float, float, float] | None = None
     """Least and greatest corner of what belongs into the map, x y z x y z [m]; what is measured outside is not taken in."""
     joints: Path | None = None
-    """Joints of a robot whose base stands at the world's origin: an NPZ file with stamp (n) [s] and q (n, 6) [rad]; the robot is taken out of the frames."""
+    """Joints of a robot whose base stands at the world's origin: an NPZ file with stamp (n) [s] and q (n, 6) [rad] from the base to the flange, or q (n, m) and joint_names (m); the robot is taken out of the frames."""
     arm: str = "ur5"
     """Which robot these joints are of: ur5 or ur5e."""
+    arm_base: Literal["base", "base_link"] = "base"
+    """Which frame of the robot's base the world is: base, the controller's; or base_link, that of ROS, turned by 180 degrees about z."""
     slice_at: tuple[float, float, float] | None = None
     """Point through which the slices go [m]; the middle of the points if not given."""
     bound: bool = False

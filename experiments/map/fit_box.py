@@ -1,6 +1,7 @@
-"""Box and sizes of a map, chosen by a first look at some frames of the recording."""
+"""Box and sizes of a map, and the limits of depth, chosen by a first look at some frames of the recording."""
 
-from collections.abc import Callable, Iterable, Mapping
+import dataclasses
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -22,29 +23,67 @@ OUTLIERS = 0.002
 """Share of points that may lie outside on every side."""
 ROOM = 1.5
 """Places for blocks over those that were seen: other frames see more."""
+NEARER, FARTHER = 0.005, 0.99
+"""Shares of what was measured that are nearer than `near` and `far`, where these are chosen."""
+LEAST_NEAR, MOST_FAR = 0.05, 10.0
+"""Limits of what is chosen [m]: farther, the noise of a depth camera is larger than any voxel."""
+STEP = 0.1
+"""Of the depths that are told apart where they are chosen [m]."""
 MOST_SEEN = 4096
 """Blocks that one frame can see, at most: a frame's cost follows it."""
 
 
-def points_in_world(frame: InputFrame, limits: Mapping[str, float], known: bool) -> np.ndarray:
-    """Some of a frame's points that would count, (point, 3) [m].
+def fit_depth(depths: np.ndarray, near: float, far: float) -> tuple[float, float]:
+    """Limits of depth for what a recording measures [m]; at least from `near` to `far`.
 
     Args:
-        limits: of depth: near and far [m].
-        known: the sensor's place is known, and with it how far the points are.
+        depths: measured (n,) [m].
     """
-    if frame.depth is not None and frame.intrinsics is not None:
-        z = frame.depth[::STRIDE, ::STRIDE].astype(np.float64)
-        v, u = np.mgrid[0 : frame.depth.shape[0] : STRIDE, 0 : frame.depth.shape[1] : STRIDE]
-        camera = frame.intrinsics
-        local = np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z], axis=-1).reshape(-1, 3)
-        far = local[:, 2]
-    else:
-        local = np.asarray(frame.cloud, np.float64)
-        far = np.abs(local).max(axis=1)
-    if frame.depth is not None or known:
-        local = local[(far > limits["near"]) & (far < limits["far"])]
-    return local @ frame.rotation.T + frame.position
+    if not len(depths):
+        return near, far
+    least, most = np.quantile(depths, [NEARER, FARTHER])
+    wide = min(float(np.ceil(most / STEP) * STEP), MOST_FAR)
+    close = max(float(np.floor(least / LEAST_NEAR) * LEAST_NEAR), LEAST_NEAR)
+    return min(near, close), max(far, wide)
+
+
+def _local(frame: InputFrame) -> tuple[np.ndarray, np.ndarray]:
+    """Some points of a frame in the sensor's axes (point, 3), and their depths (point,) [m]."""
+    if frame.depth is None or frame.intrinsics is None:
+        cloud = np.asarray(frame.cloud, np.float64)
+        return cloud, np.abs(cloud).max(axis=1)
+    z = frame.depth[::STRIDE, ::STRIDE].astype(np.float64)
+    v, u = np.mgrid[0 : frame.depth.shape[0] : STRIDE, 0 : frame.depth.shape[1] : STRIDE]
+    camera = frame.intrinsics
+    local = np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z], axis=-1)[z > 0]
+    return local, local[:, 2]
+
+
+class _Looked:
+    """What was seen of the recording: points at each distance, and blocks."""
+
+    def __init__(self, edge: float, box: Box | None) -> None:
+        self.edge, self.box = edge, box
+        self.depths: list[np.ndarray] = []
+        self.frames: list[tuple[np.ndarray, np.ndarray]] = []
+        """Points of each frame in the world (point, 3), and their depths; 0 where these do not matter [m]."""
+        self.clouds = False
+
+    def add(self, frame: InputFrame, known: bool) -> None:
+        local, depth = _local(frame)
+        self.clouds = self.clouds or frame.cloud is not None
+        matters = frame.depth is not None or known
+        if matters:
+            self.depths.append(depth[:: max(1, len(depth) // 5000)])
+        points = local @ frame.rotation.T + frame.position
+        inside = np.ones(len(points), bool)
+        if self.box is not None:
+            inside = ((points >= np.asarray(self.box.lower)) & (points <= np.asarray(self.box.upper))).all(axis=1)
+        # one point of each block and depth is enough
+        depth = depth if matters else np.zeros(len(points))
+        cells = np.column_stack([np.floor(points / self.edge), np.floor(depth / STEP)])[inside]
+        _, first, count = np.unique(cells, axis=0, return_index=True, return_counts=True)
+        self.frames.append((np.column_stack([points[inside][first], count]), depth[inside][first]))
 
 
 def fit_layout(
@@ -54,8 +93,9 @@ def fit_layout(
     known: Callable[[InputFrame], bool],
     say: Callable[[str], None],
     box: Box | None = None,
-) -> MapLayout:
-    """A layout about the points of the frames, with places for their blocks.
+) -> tuple[MapLayout, MapParams]:
+    """A layout about the points of the frames, with places for their blocks; and the parameters, with limits of depth for what
+    was measured unless --param gives them.
 
     Args:
         known: whether the place of a cloud's sensor is known.
@@ -65,32 +105,24 @@ def fit_layout(
     Raises:
         UsageError: no frame has a point that counts, or the box is too large.
     """
-    edge, limits = config.spacing * EDGE, numbers_of(params)
-    every, looked = 1, 0
-    blocks: list[np.ndarray] = []
-    ends: list[np.ndarray] = []
-    clouds = False
-    for number, frame in enumerate(frames):
-        if number % every:
-            continue
-        looked += 1
-        if looked == LOOKS:
-            every, looked = 2 * every, LOOKS // 2
-        clouds = clouds or frame.cloud is not None
-        points = points_in_world(frame, limits, known(frame))
-        if box is not None:
-            inside = (points >= np.asarray(box.lower)) & (points <= np.asarray(box.upper))
-            points = points[inside.all(axis=1)]
+    edge, seen = config.spacing * EDGE, _look(config, frames, known, box)
+    params = _with_depth(config, params, np.concatenate([*seen.depths, np.empty(0)]))
+    limits = numbers_of(params)
+    near, far = limits["near"], limits["far"]
+    blocks, ends, counts = [], [], []
+    for points, depth in seen.frames:
+        points = points[(depth == 0) | ((depth > near) & (depth < far))]
         if len(points):
-            ends.append(points[:: max(1, len(points) // 20_000)])
-            blocks.append(np.unique(np.floor(points / edge).astype(np.int64), axis=0))
+            ends.append(points[:, :3])
+            counts.append(points[:, 3])
+            blocks.append(np.unique(np.floor(points[:, :3] / edge).astype(np.int64), axis=0))
     if not ends:
-        near, far = limits["near"], limits["far"]
         raise UsageError(
             f"{config.input}: no point between {near:g} and {far:g} m of the sensor to fit "
-            f"the box to{' within --crop' if box is not None else ''}; set other limits with --param near=... far=..., or give --lower and --shape"
+            f"the box to{' within --crop' if box is not None else ''}; give --per-metre if the depth is not in metres, "
+            "other limits by --param near=... far=..., or --lower and --shape"
         )
-    low, high = (np.quantile(np.concatenate(ends), q, axis=0) for q in (OUTLIERS, 1 - OUTLIERS))
+    low, high = _ends(np.concatenate(ends), np.concatenate(counts))
     first, last = np.floor(low / edge).astype(int) - 1, np.floor(high / edge).astype(int) + 1
     shape = [int(n) for n in last - first + 1]
     inside = [b[((b >= first) & (b <= last)).all(axis=1)] for b in blocks]
@@ -98,7 +130,7 @@ def fit_layout(
     capacity = _power_of_two(ROOM * everything, 1024)
     layout = choose_layout(
         config,
-        clouds,
+        seen.clouds,
         lower=[float(v) for v in first * edge],
         shape=shape,
         capacity=capacity,
@@ -107,8 +139,46 @@ def fit_layout(
     )
     size = " x ".join(f"{n * edge:.1f}" for n in shape)
     corner = ", ".join(f"{v:.2f}" for v in layout.lower)
-    say(f"fitted: a box of {size} m from ({corner}), places for {layout.capacity} blocks")
-    return layout
+    say(
+        f"fitted: a box of {size} m from ({corner}), places for {layout.capacity} blocks, depth from {near:g} to {far:g} m"
+    )
+    return layout, params
+
+
+def _look(
+    config: MapConfig, frames: Iterable[InputFrame], known: Callable[[InputFrame], bool], box: Box | None
+) -> _Looked:
+    """Looks at all frames of a short recording, and at some of a long one."""
+    found = _Looked(config.spacing * EDGE, box)
+    every, looked = 1, 0
+    for number, frame in enumerate(frames):
+        if number % every:
+            continue
+        looked += 1
+        if looked == LOOKS:
+            every, looked = 2 * every, LOOKS // 2
+        found.add(frame, known(frame))
+    return found
+
+
+def _with_depth(config: MapConfig, params: MapParams, depths: np.ndarray) -> MapParams:
+    limits = numbers_of(params)
+    near, far = fit_depth(depths, limits["near"], limits["far"])
+    given = {text.partition("=")[0] for text in config.param}
+    values = {name: value for name, value in (("near", near), ("far", far)) if name not in given}
+    return dataclasses.replace(params, **values)
+
+
+def _ends(points: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of the box about all but OUTLIERS of the points (point, 3), each of which stands for so many (point,) [m]."""
+    corners = []
+    for axis in range(3):
+        order = np.argsort(points[:, axis])
+        share = np.cumsum(counts[order]) / counts.sum()
+        at = np.searchsorted(share, [OUTLIERS, 1 - OUTLIERS])
+        corners.append(points[order[np.minimum(at, len(order) - 1)], axis])
+    low, high = np.array(corners).T
+    return low, high
 
 
 def _power_of_two(number: float, least: int) -> int:

@@ -1,18 +1,22 @@
 """What of a recording does not belong into its map: what is outside of a box, and the robot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.geom.capsules import Capsules
 from hrcjax.io.recordings.joints import JointRecord, read_joints
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.map import MapLayout
-from hrcjax.robot import Arm, load_arm
+from hrcjax.robot import Arm, arm_capsules, load_arm
 from hrcjax.typing import Joints, Vector3
 
 from .config import MapConfig
+
+BASES = ("base", "base_link")
+"""Frames of a UR's base: that of its controller, in which x points backwards, and that of ROS, turned by 180 degrees about z."""
 
 
 class Box(NamedTuple):
@@ -34,6 +38,31 @@ class LeftOut:
     """The robot, whose base stands at the world's origin; None: it is not in the picture."""
     joints: JointRecord | None = None
     """Of the robot, over time."""
+    base: str = BASES[0]
+    """Which frame of the robot's base is the world's: one of BASES."""
+
+    @property
+    def named(self) -> bool:
+        """Whether the file of joints names them."""
+        return self.joints is not None and self.joints.named
+
+    def with_base(self, base: str) -> "LeftOut":
+        """The same with another base."""
+        return replace(self, base=base)
+
+    def body_at(self, q: Joints | None) -> Capsules | None:
+        """The robot in the world; None: it is not in the picture.
+
+        Args:
+            q: joints [rad]; None: there is no robot.
+        """
+        if q is None or self.arm is None:
+            return None
+        body = arm_capsules(self.arm, q)
+        if self.base == BASES[0]:
+            return body
+        half_turn = jnp.asarray([-1.0, -1.0, 1.0], q.dtype)  # about z
+        return Capsules(body.a * half_turn, body.b * half_turn, body.radius)
 
     def q_at(self, stamp: float) -> Joints | None:
         """Joints at a moment [rad], None if there is no robot; not finite where they are not known, so that the frame is
@@ -60,14 +89,15 @@ def left_out_of(config: MapConfig) -> LeftOut:
             )
         box = Box(jnp.asarray(lower, jnp.float32), jnp.asarray(upper, jnp.float32))
     if config.joints is None:
-        if config.arm != MapConfig.arm:
-            raise UsageError(f"--arm {config.arm}: give --joints FILE with it")
+        for name in ("arm", "arm_base"):
+            if getattr(config, name) != getattr(MapConfig, name):
+                raise UsageError(f"--{name.replace('_', '-')} {getattr(config, name)}: give --joints FILE with it")
         return LeftOut(box)
     try:
         arm = load_arm(config.arm)
     except ValueError as error:
         raise UsageError(f"--arm: {one_line(error)}") from error
-    return LeftOut(box, arm, read_joints(config.joints, arm.q_max))
+    return LeftOut(box, arm, read_joints(config.joints, arm.q_max), config.arm_base)
 
 
 def check_overlap(box: Box | None, layout: MapLayout) -> None:

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
-from hrcjax.lab.atomic import TEMPORARY, remove_temporaries, storage_errors
+from hrcjax.lab.atomic import remove_temporaries, storage_errors
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.run_folder import folder_name, own_files
+from hrcjax.lab.writable import check_writable
 
 MAP, POINTS, STATISTICS = "map.npz", "cloud.ply", "statistics.json"
 FIGURES = ("slices.png", "bound.png", "cloud.png")
@@ -13,25 +15,19 @@ OWN = (MAP, POINTS, STATISTICS, *FIGURES)
 def default_folder(recording: Path) -> Path:
     """The folder for a recording, beside other runs."""
     path = recording.resolve()
-    return Path("runs") / f"map-{path.stem if path.is_file() else path.name}"
+    return Path("runs") / folder_name(f"map-{path.stem if path.is_file() else path.name}")
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
-    """Refuses a folder in which results would replace others.
+    """Refuses a folder that cannot be written, or in which results would replace others.
 
     Raises:
-        UsageError: a map is there and may not be replaced; other files are there and no map; it is a file.
+        UsageError: a map is there and may not be replaced; other files are there and no map; it takes no file.
     """
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"{folder} is a file, not a folder: give another --output")
-    if not folder.is_dir():
-        return
-    there = sorted(path.name for path in folder.iterdir() if not path.name.startswith(TEMPORARY))
-    own = [name for name in there if name in OWN]
+    check_writable(folder, "--output")
+    own = own_files(folder, OWN, (), "map", "--output")
     if own and not overwrite:
         raise UsageError(f"{folder} holds a map ({own[0]}): give another --output, or --overwrite to replace it")
-    if there and not own:
-        raise UsageError(f"{folder} holds other files ({there[0]}) and no map: give another --output")
 
 
 def prepare_folder(folder: Path) -> None:

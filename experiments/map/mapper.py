@@ -2,9 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +11,7 @@ import numpy as np
 from hrcjax.io.recordings.frame import InputFrame
 from hrcjax.map import (
     FieldMap,
+    FrameParams,
     FrameReport,
     MapLayout,
     MapParams,
@@ -24,7 +23,7 @@ from hrcjax.map import (
 )
 from hrcjax.sense import Camera
 
-from .clouds import Look, gap_of, look_from_afar, looks_at, places_for
+from .clouds import gap_of, look_from_afar, looks_at, places_for
 from .left_out import LeftOut
 from .programs import Programs
 
@@ -32,6 +31,9 @@ COUNTS = tuple(field.name for field in dataclasses.fields(FrameReport))
 """What is known of a frame, by name."""
 LAST = ("points", "blocks", "waiting")
 """Those that tell a state: of several looks at one frame the last holds. Of the others it is the sum."""
+ANY_SPEED = 1e9
+"""A limit that no camera reaches [m/s], [rad/s]."""
+Pose = tuple[jax.Array, jax.Array]  # rotation (3, 3), position (3,) [m]
 
 
 @dataclass(frozen=True)
@@ -45,10 +47,6 @@ class Taken:
     """Why it changed nothing; "": it was used."""
     seconds: float
     """From its arrays to the updated map, without compilation [s]."""
-    tiles: int
-    """Tiles of the image with a surface, or points of the cloud."""
-    beyond: int
-    """Of them those nearer or farther than the limits of depth."""
     counts: dict[str, int]
     """The fields of `FrameReport`."""
 
@@ -71,15 +69,14 @@ class Mapper:
         self.layout = layout
         self.left_out = left_out or LeftOut()
         self.programs = Programs(layout, self.left_out)
-        self.params = jax.tree.map(_single, params)
-        self.limits = jax.tree.map(_single, limits)
+        self.params = jax.tree.map(_single, FrameParams(params, limits))
+        self.untimed = dataclasses.replace(self.params, stream=jax.tree.map(_single, without_speeds(limits)))
+        """For frames whose stamps were not recorded."""
         self.state = empty_map(layout) if state is None else state
         self.streams: dict[str, StreamState] = {}
         self.first: float | None = None
         self.clouds: dict[str, tuple[int, float]] = {}
         """Places and gap of each camera's clouds."""
-        self._see_nothing: Callable[[], FieldMap] | None = None
-        """The program of the last frame, with a frame that sees nothing."""
 
     def take(self, frame: InputFrame, known: bool = True, through: bool = True) -> Taken:
         """Takes one frame.
@@ -90,88 +87,70 @@ class Mapper:
         """
         if self.first is None and np.isfinite(frame.stamp):
             self.first = frame.stamp
-        stamp = float(
-            frame.stamp - (self.first or 0.0)
-        )  # in double precision: single has no place for a clock's seconds
+        # in double precision: single has no place for a clock's seconds
+        stamp = float(frame.stamp - (self.first or 0.0))
         begin, compiling = time.perf_counter(), self.programs.seconds
-        take = self._take_image if frame.depth is not None else self._take_cloud
-        reasons, tiles, beyond, counts = take(frame, stamp, known, through)
+        if frame.depth is not None:
+            reasons, counts = self._take_image(frame, stamp)
+        else:
+            reasons, counts = self._take_cloud(frame, stamp, known, through)
         seconds = time.perf_counter() - begin - (self.programs.seconds - compiling)
-        refused = describe_frame(reasons) if reasons else ""
-        return Taken(stamp, frame.camera, refused, seconds, tiles, beyond, counts)
+        return Taken(stamp, frame.camera, describe_frame(reasons) if reasons else "", seconds, counts)
 
-    def _stream(self, name: str) -> StreamState:
-        return self.streams.get(name) or initial_stream()
+    def _known_of(self, frame: InputFrame) -> tuple[FrameParams, StreamState, Pose, jax.Array | None]:
+        """Parameters, stream, pose and robot of a frame."""
+        pose = jnp.asarray(frame.rotation, jnp.float32), jnp.asarray(frame.position, jnp.float32)
+        stream = self.streams.get(frame.camera) or initial_stream()
+        return self.params if frame.timed else self.untimed, stream, pose, self.left_out.q_at(frame.stamp)
 
-    def _take_image(
-        self, frame: InputFrame, stamp: float, known: bool, through: bool
-    ) -> tuple[int, int, int, dict[str, int]]:
+    def _take_image(self, frame: InputFrame, stamp: float) -> tuple[int, dict[str, int]]:
         assert frame.intrinsics is not None
         i = frame.intrinsics
-        rotation, position = jnp.asarray(frame.rotation, jnp.float32), jnp.asarray(frame.position, jnp.float32)
+        params, stream, pose, q = self._known_of(frame)
         fx, fy, cx, cy = (_single(v) for v in (i.fx, i.fy, i.cx, i.cy))
-        camera = Camera(rotation, position, fx, fy, cx, cy, i.width, i.height)
-        depth, before = jnp.asarray(frame.depth, jnp.float32), self._stream(frame.camera)
-        q = self.left_out.q_at(frame.stamp)
-
-        def look(depth: jax.Array) -> Any:
-            return self.programs.image(self.state, before, self.params, self.limits, _single(stamp), camera, depth, q)
-
-        self.state, stream, report, reasons, tiles, beyond = look(depth)
+        camera = Camera(*pose, fx, fy, cx, cy, i.width, i.height)
+        depth = jnp.asarray(frame.depth, jnp.float32)
+        self.state, stream, report, reasons = self.programs.image(
+            self.state, stream, params, _single(stamp), camera, depth, q
+        )
         self.streams[frame.camera] = stream
-        self._see_nothing = lambda: look(jnp.zeros_like(depth))[0]
-        return int(reasons), int(tiles), int(beyond), _counts([report])
+        return int(reasons), _counts([report])
 
-    def _take_cloud(
-        self, frame: InputFrame, stamp: float, known: bool, through: bool
-    ) -> tuple[int, int, int, dict[str, int]]:
+    def _take_cloud(self, frame: InputFrame, stamp: float, known: bool, through: bool) -> tuple[int, dict[str, int]]:
         assert frame.cloud is not None
-        rotation, position = jnp.asarray(frame.rotation, jnp.float32), jnp.asarray(frame.position, jnp.float32)
-        one = _single(1.0)
-        pose = Camera(rotation, position, one, one, one, one, 1, 1)
-        q = self.left_out.q_at(frame.stamp)
-        stream, why = self.programs.admit_cloud(self._stream(frame.camera), self.limits, _single(stamp), pose, q)
+        params, stream, pose, q = self._known_of(frame)
+        stream, why = self.programs.admit_cloud(stream, params.stream, _single(stamp), *pose, q)
         self.streams[frame.camera] = stream
         if int(why):
-            return int(why), len(frame.cloud), 0, dict.fromkeys(COUNTS, 0)
+            return int(why), dict.fromkeys(COUNTS, 0) | {"measured": len(frame.cloud)}
         places, gap = self.clouds.get(frame.camera) or (0, gap_of(frame.cloud))
         places = max(places, places_for(len(frame.cloud)))
         self.clouds[frame.camera] = (places, gap)
-        params = self.params
         if known:
             looks = looks_at(frame, places)
         else:
             look, depth = look_from_afar(frame, places)
             looks = [look]
-            params = dataclasses.replace(params, near=_single(0.0), far=_single(depth), pixel_noise=_single(0.0))
-        reports, tiles, beyond = [], 0, 0
-
-        def see(look: Look, mask: np.ndarray) -> Any:
-            pose = jnp.asarray(look.rotation, jnp.float32), jnp.asarray(look.position, jnp.float32)
-            cloud = jnp.asarray(look.cloud), jnp.asarray(mask)
-            free = jnp.asarray(through and known)
-            return self.programs.cloud(self.state, params, *pose, *cloud, _single(gap), free, look.tiles, q)
-
+            own = dataclasses.replace(params.map, near=_single(0.0), far=_single(depth), pixel_noise=_single(0.0))
+            params = dataclasses.replace(params, map=own)
+        reports, free = [], jnp.asarray(through and known)
         for look in looks:
-            self.state, report, some, ignored = see(look, look.mask)
-            self._see_nothing = lambda look=look: see(look, np.zeros_like(look.mask))[0]
+            own = jnp.asarray(look.rotation, jnp.float32), jnp.asarray(look.position, jnp.float32)
+            cloud = jnp.asarray(look.cloud), jnp.asarray(look.mask)
+            self.state, report = self.programs.cloud(
+                self.state, params, *own, *cloud, _single(gap), free, look.tiles, q
+            )
             reports.append(report)
-            tiles, beyond = tiles + int(some), beyond + int(ignored)
-        return 0, tiles, beyond, _counts(reports)
+        return 0, _counts(reports)
 
-    def settle(self) -> int:
-        """Fits the blocks that wait; returns how many are left, 0 unless fitting them makes no headway."""
-        waiting = self.waiting()
-        while waiting and self._see_nothing is not None:
-            self.state = self._see_nothing()
-            before, waiting = waiting, self.waiting()
-            if waiting >= before:
-                break
-        return waiting
+    def settle(self) -> None:
+        """Fits the blocks that wait."""
+        self.state = self.programs.settle(self.state, self.params.map)
 
-    def waiting(self) -> int:
-        """Blocks of all levels whose weights wait to be fitted."""
-        return sum(int(np.sum(np.asarray(stale))) for stale in self.state.stale)
+
+def without_speeds(limits: StreamParams) -> StreamParams:
+    """The limits of frames whose stamps were not recorded: no speed follows from them."""
+    return dataclasses.replace(limits, top_speed=ANY_SPEED, top_turn=ANY_SPEED)
 
 
 def _counts(reports: list[FrameReport]) -> dict[str, int]:

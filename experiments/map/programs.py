@@ -5,9 +5,7 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 
-from hrcjax.geom.capsules import Capsules
 from hrcjax.map import (
     FieldMap,
     FrameParams,
@@ -16,17 +14,13 @@ from hrcjax.map import (
     MapParams,
     StreamParams,
     StreamState,
-    View,
-    admit,
-    admitted_view,
-    cloud_camera,
-    fuse,
-    view_from_cloud,
+    admit_cloud,
+    settle,
+    take_cloud,
+    take_frame,
 )
-from hrcjax.map.clean import within_box, without_body
-from hrcjax.robot import arm_capsules
 from hrcjax.sense import Camera
-from hrcjax.typing import Array, Bool, Float, Int, Joints
+from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Vector3
 
 from .left_out import LeftOut
 
@@ -57,107 +51,72 @@ class Programs:
         self,
         state: FieldMap,
         stream: StreamState,
-        params: MapParams,
-        limits: StreamParams,
+        params: FrameParams,
         stamp: Float[Array, ""],
         camera: Camera,
         depth: Float[Array, "height width"],
         q: Joints | None = None,
-    ) -> tuple[FieldMap, StreamState, FrameReport, Int[Array, ""], Int[Array, ""], Int[Array, ""]]:
-        """A depth image into the map.
+    ) -> tuple[FieldMap, StreamState, FrameReport, Int[Array, ""]]:
+        """A depth image into the map: `take_frame`.
 
         Args:
             q: joints of the robot [rad]; None: it is not in the picture.
-
-        Returns:
-            map, stream, report, reasons of a refusal, tiles with a surface, and of them those too near or too far.
         """
 
-        def image(
-            state: FieldMap, stream: StreamState, params: MapParams, limits: StreamParams, stamp: Array, camera: Camera, depth: Array, q: Joints | None
-        ) -> Any:  # fmt: skip
-            frame, box = FrameParams(params, limits), self.left_out.box
-            stream, view, body, reasons = admitted_view(frame, stream, stamp, camera, depth, self._body(q), box)
-            state, report = fuse(self.layout, params, state, camera, view, body)
-            return state, stream, report, reasons, *_tiles(params, camera, view)
+        def image(state: FieldMap, stream: StreamState, params: FrameParams, *frame: Any) -> Any:
+            *seen, q = frame
+            return take_frame(
+                self.layout, params, state, stream, *seen, body=self.left_out.body_at(q), box=self.left_out.box
+            )
 
-        return self.run(
-            ("image", depth.shape), image, state, stream, params, limits, stamp, camera, depth, q, donate=(0,)
-        )
-
-    def _body(self, q: Joints | None) -> Capsules | None:
-        """The robot in the world; None: it is not in the picture."""
-        return None if q is None or self.left_out.arm is None else arm_capsules(self.left_out.arm, q)
-
-    def _cleaned(self, view: View, camera: Camera, body: Capsules | None) -> View:
-        """The view without what does not belong into the map."""
-        if self.left_out.box is not None:
-            view = within_box(view, *self.left_out.box)
-        return view if body is None else without_body(view, camera, body)
+        return self.run(("image", depth.shape), image, state, stream, params, stamp, camera, depth, q, donate=(0,))
 
     def admit_cloud(
         self,
         stream: StreamState,
         limits: StreamParams,
         stamp: Float[Array, ""],
-        camera: Camera,
+        rotation: Matrix3,
+        position: Vector3,
         q: Joints | None = None,
     ) -> tuple[StreamState, Int[Array, ""]]:
-        """Stamp, pose and robot of a cloud that has points: the stream, and reasons of a refusal."""
+        """Whether a cloud is to be believed: `admit_cloud`."""
 
-        def admit_cloud(
-            stream: StreamState, limits: StreamParams, stamp: Array, camera: Camera, q: Joints | None
-        ) -> Any:
-            view = View(jnp.zeros((1, 3), stamp.dtype), jnp.ones(1, bool), jnp.zeros(1, stamp.dtype), jnp.zeros((1, 1), stamp.dtype))  # fmt: skip
-            stream, _, reasons = admit(limits, stream, stamp, camera, view, self._body(q))
-            return stream, reasons
+        def admitted(limits: StreamParams, stream: StreamState, *frame: Any) -> Any:
+            *pose, q = frame
+            return admit_cloud(limits, stream, *pose, body=self.left_out.body_at(q))
 
-        return self.run(("admit", camera.width), admit_cloud, stream, limits, stamp, camera, q)
+        return self.run("admit", admitted, limits, stream, stamp, rotation, position, q)
 
     def cloud(
         self,
         state: FieldMap,
-        params: MapParams,
-        rotation: Float[Array, "3 3"],
-        position: Float[Array, "3"],
+        params: FrameParams,
+        rotation: Matrix3,
+        position: Vector3,
         cloud: Float[Array, "point 3"],
         mask: Bool[Array, "point"],
         gap: Float[Array, ""],
         through: Bool[Array, ""],
         tiles: int,
         q: Joints | None = None,
-    ) -> tuple[FieldMap, FrameReport, Int[Array, ""], Int[Array, ""]]:
-        """One look at a cloud into the map.
+    ) -> tuple[FieldMap, FrameReport]:
+        """One look at a cloud into the map: `take_cloud`."""
 
-        Args:
-            rotation, position: of the virtual camera.
-            cloud, mask: padded points in its axes [m].
-            gap: between points of one surface [m].
-            through: False: nothing is seen through.
-            tiles: along each edge of its image.
-            q: joints of the robot [rad]; None: it is not in the picture.
+        def look(state: FieldMap, params: FrameParams, *frame: Any) -> Any:
+            rotation, position, cloud, mask, gap, through, q = frame
+            body, box = self.left_out.body_at(q), self.left_out.box
+            return take_cloud(
+                self.layout, params, state, rotation, position, cloud, mask, gap, through, tiles, body, box
+            )
 
-        Returns:
-            map, report, points in the image, and of them those too near or too far.
-        """
+        seen = (rotation, position, cloud, mask, gap, through)
+        return self.run(("cloud", cloud.shape, tiles), look, state, params, *seen, q, donate=(0,))
 
-        def look(
-            state: FieldMap, params: MapParams, rotation: Array, position: Array, cloud: Array, mask: Array, gap: Array, through: Array, q: Joints | None
-        ) -> Any:  # fmt: skip
-            camera, body = cloud_camera(rotation, position, tiles), self._body(q)
-            view = view_from_cloud(camera, cloud, mask, params.pixel_noise, gap)
-            view = View(view.points, view.mask, view.variance, jnp.where(through, view.depth, 0.0))
-            view = self._cleaned(view, camera, body)
-            state, report = fuse(self.layout, params, state, camera, view, body)
-            return state, report, *_tiles(params, camera, view)
+    def settle(self, state: FieldMap, params: MapParams) -> FieldMap:
+        """The map with all weights fitted."""
 
-        return self.run(
-            ("cloud", cloud.shape, tiles), look, state, params, rotation, position, cloud, mask, gap, through, q, donate=(0,)
-        )  # fmt: skip
+        def settled(state: FieldMap, params: MapParams) -> FieldMap:
+            return settle(self.layout, params, state)
 
-
-def _tiles(params: MapParams, camera: Camera, view: View) -> tuple[Int[Array, ""], Int[Array, ""]]:
-    """Tiles with a surface, and of them those outside of the limits of depth."""
-    depth = (view.points - camera.position) @ camera.rotation[:, 2]
-    beyond = view.mask & ~((depth > params.near) & (depth < params.far))
-    return jnp.sum(view.mask, dtype=jnp.int32), jnp.sum(beyond, dtype=jnp.int32)
+        return self.run("settle", settled, state, params, donate=(0,))

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from hrcjax.io.map_file import save_map
 from hrcjax.io.point_file import write_ply
+from hrcjax.lab.any_name import title
 from hrcjax.lab.atomic import replace_file, write_bytes
-from hrcjax.map import FieldMap, MapLayout, MapParams
+from hrcjax.map import FieldMap, MapLayout, MapParams, labelled_points
 from hrcjax.viz import POINT_COLOURS, cloud_views, field_slices
 
-from .labelled_points import labelled_points
 from .map_folder import FIGURES, MAP, POINTS, STATISTICS
 from .slices import make_slices
 
@@ -52,13 +52,14 @@ def draw_map(
     if len(points) == 0:
         return []
     slices, lower, cloud = FIGURES
+    name = title(name)
     planes = make_slices(layout, params, state, at)
     _write(folder / slices, field_slices(planes, title=f"Distance to the mapped surfaces: {name}")[0])
     names = [slices]
     if bound:
         planes = make_slices(layout, params, state, at, bound=True)
-        title = f"Lower bound of the distance (95 %): {name}"
-        _write(folder / lower, field_slices(planes, "lower bound of the distance", title)[0])
+        about = f"Lower bound of the distance (95 %): {name}"
+        _write(folder / lower, field_slices(planes, "lower bound of the distance", about)[0])
         names.append(lower)
     _write(folder / cloud, cloud_views(points, labels, f"Points of the map: {name}")[0])
     return [*names, cloud]

@@ -1,109 +1,104 @@
 """One run: the recording, frame by frame, into a map, and everything that is written of it."""
 
+import itertools
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from hrcjax.io.map_file import open_map
 from hrcjax.io.recordings.frame import InputFrame
 from hrcjax.io.recordings.joints import with_joints
 from hrcjax.io.recordings.source import InputSource
 from hrcjax.lab.errors import UsageError, one_line
-from hrcjax.lab.interrupt import stop_on_interrupt
-from hrcjax.map import MapParams
+from hrcjax.lab.interrupt import Wish, stop_on_interrupt
+from hrcjax.map import FieldMap, MapLayout, MapParams, StreamParams
 
 from .choices import beyond_neighbours, check, check_slices, choose_layout, choose_params, recording
 from .config import MapConfig
+from .first_look import check_first
 from .fit_box import fit_layout
-from .frame_bar import FrameBar
 from .frame_check import checked
-from .left_out import check_overlap, left_out_of
+from .left_out import LeftOut, check_overlap, left_out_of
 from .map_folder import check_folder, default_folder, prepare_folder
-from .mapper import Mapper, Taken
-from .notices import Notices
+from .mapper import Mapper
+from .play import Played, play, sensor_known
 from .results import draw_map, write_data
 from .select import count_selected, selected
 from .statistics import statistics
-from .summary_text import summary_text
+from .summary_text import mostly_refused, nothing_taken, summary_text
 
-INTERRUPTED = 130
+MOSTLY_REFUSED = 3
+"""Exit status of a run that is done, but left most frames out."""
 
 
 def _say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def sensor_known(config: MapConfig, source: InputSource) -> Callable[[InputFrame], bool]:
-    """Whether the place of a frame's sensor is known: PLY and NPZ files that do not say it stand at the origin."""
+@dataclass(frozen=True, eq=False)
+class Job:
+    """What is decided before the first frame is taken."""
 
-    def known(frame: InputFrame) -> bool:
-        if frame.depth is not None or source.kind != "point clouds" or config.see_through == "always":
-            return True
-        at_origin = not frame.position.any() and np.array_equal(frame.rotation, np.eye(3))
-        return not at_origin or config.origin is not None
+    config: MapConfig
+    folder: Path
+    source: InputSource
+    left_out: LeftOut
+    layout: MapLayout
+    params: MapParams
+    limits: StreamParams
+    state: FieldMap | None
+    """Of the map that is gone on from; None: begin with an empty one."""
 
-    return known
+    def frames(self) -> Iterator[InputFrame]:
+        """The frames that are to be taken.
+
+        Raises:
+            UsageError: a broken file, a frame that no map can take.
+        """
+        return chosen_frames(self.config, self.source, self.layout.spacing)
 
 
-class Run:
-    """The frames that were taken, and why the taking ended."""
-
-    def __init__(self, mapper: Mapper, source: InputSource, config: MapConfig) -> None:
-        self.mapper, self.source, self.config = mapper, source, config
-        self.frames: list[Taken] = []
-        self.reading: list[float] = []
-        self.not_read: dict[str, int] = {}
-        self.interrupted = False
-        self.broken: UsageError | None = None
-
-    def play(self, frames: Iterator[InputFrame], count: int | None) -> None:
-        """Takes frames until there are no more, a file is broken, or the user interrupts."""
-        known = sensor_known(self.config, self.source)
-        warned = False
-        with FrameBar(count) as bar, stop_on_interrupt() as wish:
-            refused, left_out = Notices(bar.say), Notices(bar.say)
-            heard = 0
-            while not wish.stop:
-                begin = time.perf_counter()
-                try:
-                    frame = next(frames, None)
-                except UsageError as error:
-                    self.broken, frame = error, None
-                for line in self.source.skipped[heard:]:
-                    left_out.add_line(line)
-                heard = len(self.source.skipped)
-                if frame is None:
-                    break
-                self.reading.append(time.perf_counter() - begin)
-                if not known(frame) and not warned:
-                    warned = True
-                    bar.say(
-                        "where the sensor of these clouds stood is not known: all their points count, and none makes free "
-                        "what lies before it; --origin X Y Z says it"
-                    )
-                taken = self.mapper.take(frame, known(frame), self.config.see_through != "never")
-                self.frames.append(taken)
-                if taken.refused:
-                    of = f" of {taken.camera}" if taken.camera else ""
-                    refused.add(f"frame {len(self.frames) - 1}{of} at {taken.stamp:.3f} s", taken.refused)
-                bar.advance(f"{taken.counts['blocks']} blocks, {1e3 * taken.seconds:.0f} ms")
-            self.interrupted = wish.stop
-            self.not_read = dict(left_out.reasons)
+def chosen_frames(config: MapConfig, source: InputSource, spacing: float) -> Iterator[InputFrame]:
+    """The frames that the options choose, as long as a map of a spacing [m] can take them."""
+    return checked(selected(source, config.start, config.every, config.frames), spacing)
 
 
 def run(config: MapConfig) -> int:
-    """Maps a recording; returns the exit status: 0, or 130 if it was interrupted.
+    """Maps a recording; returns the exit status: 0; 3 if most frames were refused; 128 and the number of the signal that
+    interrupted it, so 130 for Ctrl-C.
 
     Raises:
-        UsageError: wrong options, a recording that cannot be read, a folder that must not be written to, no frame.
+        UsageError: wrong options, a recording that cannot be read, a folder that cannot be written to, nothing to take.
         StorageError: results could not be written.
     """
     begin = time.monotonic()
+    with stop_on_interrupt() as wish:
+        job = prepare(config, wish)
+        mapper = Mapper(job.layout, job.params, job.limits, job.state, job.left_out)
+        count = count_selected(job.source.length, config.start, config.every, config.frames)
+        played = play(mapper, job.source, config, job.frames(), count, wish)
+        if not played.frames:
+            return _without_frames(config, played, wish)
+        mapper.settle()
+        found = _statistics(job, mapper, played)
+        nothing = nothing_taken(found)
+        if nothing and not wish.stop:
+            raise UsageError(f"{config.input}: {nothing}")
+        names = _write(job, mapper.state, found)
+        _report(config, job.folder, names, found, time.monotonic() - begin)
+        return _status(job, played, found, wish)
+
+
+def prepare(config: MapConfig, wish: Wish) -> Job:
+    """Opens the recording, refuses what cannot be meant, says what is assumed, and chooses box and sizes.
+
+    Raises:
+        UsageError: as `run`.
+    """
     check(config)
     assert config.input is not None
     folder = config.output or default_folder(config.input)
@@ -112,72 +107,82 @@ def run(config: MapConfig) -> int:
     if left_out.joints is not None:
         source = with_joints(source, left_out.joints)
     check_folder(folder, config.overwrite)
-    state = None
+    layout, params, state = None, MapParams(), None
     if config.continue_from is not None:
         layout, params, state = open_map(config.continue_from)
-        params, limits = choose_params(config.param, params, continued=True)
-    else:
-        params, limits = choose_params(config.param, MapParams(), continued=False)
-        layout = None
-    count = count_selected(source.length, config.start, config.every, config.frames)
-
+    params, limits = choose_params(config.param, params, continued=state is not None)
     spacing = config.spacing if layout is None else layout.spacing
-
-    def frames() -> Iterator[InputFrame]:
-        return checked(selected(source, config.start, config.every, config.frames), spacing)
-
     _say(f"{source.kind} {source.path} -> {folder}")
+    for line in source.notes:
+        _say(f"  {line}")
     note = beyond_neighbours(config.param, params, spacing)
     if note:
         _say(f"note: {note}")
+    head = next(chosen_frames(config, source, spacing), None)
+    if head is not None:
+        check_first(config, head, _say)
     if layout is None and config.fit:
-        layout = fit_layout(config, frames(), params, sensor_known(config, source), _say, left_out.box)
+        looked_at = itertools.takewhile(lambda _: not wish.stop, chosen_frames(config, source, spacing))
+        known = sensor_known(config, source)
+        layout, params = fit_layout(config, looked_at, params, known, _say, left_out.box)
     if layout is None:
-        head = next(frames(), None)
         layout = choose_layout(config, clouds=head is not None and head.cloud is not None)
     check_slices(config.slice_at, layout)
     check_overlap(left_out.box, layout)
-    mapper = Mapper(layout, params, limits, state, left_out)
-    done = Run(mapper, source, config)
-    done.play(frames(), count)
-    if not done.frames and done.broken is not None:
-        raise done.broken
-    if not done.frames:
-        raise UsageError(f"{config.input}: no frame was taken; {'stopped before the first one' if done.interrupted else 'choose others by --start, --every, --frames'}")  # fmt: skip
-    mapper.settle()
-    about: dict[str, Any] = {"input": str(config.input), "kind": source.kind, "interrupted": done.interrupted}
+    return Job(config, folder, source, left_out, layout, params, limits, state)
+
+
+def _without_frames(config: MapConfig, played: Played, wish: Wish) -> int:
+    """The exit status of a run without a single frame, of which nothing is written."""
+    if played.broken is not None:
+        raise played.broken
+    if wish.stop:
+        _say("stopped before the first frame; nothing is written")
+        return wish.status
+    reasons = "; ".join(f"{times} x {reason}" for reason, times in played.not_read.items())
+    raise UsageError(
+        f"{config.input}: no frame was taken{f' ({reasons})' if reasons else ''}; choose others by --start, --every, --frames"
+    )
+
+
+def _statistics(job: Job, mapper: Mapper, played: Played) -> dict[str, Any]:
+    """The statistics of a run, with what was given, assumed and noticed."""
+    config = job.config
+    about: dict[str, Any] = {
+        "input": str(config.input),
+        "kind": job.source.kind,
+        "notes": list(job.source.notes),
+        "warnings": played.warnings,
+        "interrupted": played.interrupted,
+    }
     if config.crop is not None:
         about["crop"] = list(config.crop)
     if config.joints is not None:
-        about |= {"joints": str(config.joints), "arm": config.arm}
+        about |= {"joints": str(config.joints), "arm": config.arm, "arm_base": config.arm_base}
     if config.continue_from is not None:
         about["continued_from"] = str(config.continue_from)
-    found = statistics(
-        done.frames,
-        done.reading,
-        layout,
-        params,
-        limits,
+    return statistics(
+        played.frames,
+        played.reading,
+        job.layout,
+        job.params,
+        job.limits,
         mapper.state,
         mapper.programs.seconds,
-        done.not_read,
+        played.not_read,
         about,
     )
-    prepare_folder(folder)
-    names = write_data(folder, layout, params, mapper.state, found)
-    if config.figures:
+
+
+def _write(job: Job, state: FieldMap, found: dict[str, Any]) -> list[str]:
+    """Writes all results; returns the names of the files."""
+    prepare_folder(job.folder)
+    names = write_data(job.folder, job.layout, job.params, state, found)
+    if job.config.figures:
         _say("drawing figures")
-        names += draw_map(
-            folder, layout, params, mapper.state, Path(source.path).resolve().name, config.slice_at, config.bound
-        )
-    _report(config, folder, names, found, time.monotonic() - begin)
-    if done.broken is not None:
-        raise UsageError(f"after {len(done.frames)} frames, which are kept: {one_line(done.broken)}")
-    if done.interrupted:
-        after = config.start + len(done.frames) * config.every
-        _say(f"stopped; go on with --continue-from {folder / names[0]} --start {after}")
-        return INTERRUPTED
-    return 0
+        name = Path(job.source.path).resolve().name
+        names += draw_map(job.folder, job.layout, job.params, state, name, job.config.slice_at, job.config.bound)
+    return names
 
 
 def _report(config: MapConfig, folder: Path, names: list[str], found: dict[str, Any], seconds: float) -> None:
@@ -187,3 +192,18 @@ def _report(config: MapConfig, folder: Path, names: list[str], found: dict[str, 
         print(json.dumps(found, indent=1, allow_nan=False))
     else:
         print(text, flush=True)
+
+
+def _status(job: Job, played: Played, found: dict[str, Any], wish: Wish) -> int:
+    """The exit status of a run whose results are written.
+
+    Raises:
+        UsageError: the recording broke off.
+    """
+    if played.broken is not None:
+        raise UsageError(f"after {len(played.frames)} frames, which are kept: {one_line(played.broken)}")
+    if wish.stop:
+        after = job.config.start + len(played.frames) * job.config.every
+        _say(f"stopped; go on with --continue-from {job.folder / 'map.npz'} --start {after}")
+        return wish.status
+    return MOSTLY_REFUSED if mostly_refused(found) else 0

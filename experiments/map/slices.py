@@ -8,10 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.lab.parameters import numbers_of
-from hrcjax.map import FieldMap, MapLayout, MapParams, distance_bound, map_distances_and_gradients
+from hrcjax.map import FieldMap, MapLayout, MapParams, distance_bound, labelled_points, map_distances_and_gradients
 from hrcjax.viz import FieldSlice
-
-from .labelled_points import labelled_points
 
 CELLS, ARROWS = 110, 18
 """Cells and arrows along the longer edge of a slice."""

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from hrcjax.lab.parameters import numbers_of
-from hrcjax.map import LABELS, FieldMap, MapLayout, MapParams, StreamParams
+from hrcjax.map import LABELS, FieldMap, MapLayout, MapParams, StreamParams, labelled_points
 
-from .labelled_points import labelled_points
 from .mapper import COUNTS, LAST, Taken
 
-VERSION = 1
+VERSION = 2
 SUMMED = tuple(name for name in COUNTS if name not in LAST)
 
 
@@ -50,8 +49,6 @@ def statistics(
         **{name: sum(frame.counts[name] for frame in used) for name in SUMMED},
         "most_lost": max((frame.counts["lost"] for frame in used), default=0),
         "most_unseen": max((frame.counts["unseen"] for frame in used), default=0),
-        "tiles": sum(frame.tiles for frame in used),
-        "beyond": sum(frame.beyond for frame in used),
         "waiting": sum(int(np.sum(np.asarray(stale))) for stale in state.stale),
         "ms_median": float(np.median(ms)) if len(ms) else None,
         "ms_p95": float(np.percentile(ms, 95)) if len(ms) else None,
@@ -64,8 +61,6 @@ def statistics(
         "refused": [frame.refused for frame in frames],
         "ms": [1e3 * frame.seconds for frame in frames],
         "read_ms": [1e3 * seconds for seconds in reading],
-        "tiles": [frame.tiles for frame in frames],
-        "beyond": [frame.beyond for frame in frames],
         **{name: [frame.counts[name] for frame in frames] for name in COUNTS},
     }
     return {

@@ -8,11 +8,15 @@ from typing import Any
 
 import jax
 
+from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance, versions
+from hrcjax.lab.run_folder import folder_name
+from hrcjax.lab.table import aligned
+from hrcjax.lab.writable import check_writable
 from hrcjax.sweeps.dataset import taken_names, world_shape, write_results
 from hrcjax.sweeps.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
 from hrcjax.sweeps.settings import Settings, make_settings
@@ -25,16 +29,19 @@ from .config import SweepConfig
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:
     """People by name, and recorded ones also by what is in their file."""
-    return [
-        {"name": name, **({"sha256": file_digest(path)} if (path := Path(name)).is_file() else {})}
-        for name in config.person
-    ]
+    people = []
+    for name in config.person:
+        specs = [motion_spec(one) for one in people_of(name)]
+        files = [path for spec in specs if spec for path in spec.files if path.is_file()]
+        people.append({"name": name} | ({"sha256": " ".join(map(file_digest, files))} if files else {}))
+    return people
 
 
 def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
     """Everything that decides the numbers of a run, as JSON values."""
     used = versions()
     return {
+        "cell": [config.cell, problem.code],
         "scene": list(config.scene),
         "person": _people(config),
         "seed": list(config.seed),
@@ -59,18 +66,14 @@ def _list_parameters(problem: Sweepable) -> str:
         bounds = f"[{domain[0]:g}, {domain[1]:g}]" if domain else ""
         description, unit = docs.get(name, ("", "1"))
         lines.append([name, f"{default:g}", unit, bounds, short.get(name, ""), description])
-    table = [["parameter", "default", "unit", "domain", "alias", "meaning"], *lines]
-    widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in table
-    )
+    return aligned([["parameter", "default", "unit", "domain", "alias", "meaning"], *lines])
 
 
 def _build(config: SweepConfig) -> Sweepable:
-    from hrcjax.cells.cell import build_cell  # here, so that --help and wrong options answer at once
+    from hrcjax.cells.problem import build_problem  # here, so that --help and wrong options answer at once
 
     try:
-        return build_cell(config.scene, config.person, config.seed, config.backend)
+        return build_problem(config.scene, config.person, config.seed, config.backend, config.cell)
     except (ValueError, OSError) as error:
         raise UsageError(one_line(error)) from error
 
@@ -92,8 +95,9 @@ def _check(config: SweepConfig) -> None:
 
 
 def _default_folder(config: SweepConfig, mark: str) -> Path:
-    people = "+".join(Path(name).stem for name in config.person)
-    return Path("runs") / f"sweep-{'+'.join(config.scene)}-{people}-{mark[:8]}"
+    singles = [one for name in config.person for one in people_of(name)]
+    people = [spec.path.stem if (spec := motion_spec(name)) else name for name in singles]
+    return Path("runs") / f"{folder_name('-'.join(['sweep', '+'.join(config.scene), '+'.join(people)]))}-{mark[:8]}"
 
 
 def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int, attrs: dict[str, Any]) -> None:
@@ -116,6 +120,8 @@ def run(config: SweepConfig) -> int:
     """Runs or resumes a sweep; returns the exit status: 0, or 3 if some results are not finite."""
     begin = time.monotonic()
     _check(config)
+    if not config.list:
+        check_writable(config.out or Path("runs"), "--out")
     problem = _build(config)
     if config.list:
         print(_list_parameters(problem))

@@ -1,5 +1,6 @@
 """How far a run is: a bar with the time left on a terminal, a line now and then elsewhere."""
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -20,25 +21,30 @@ def duration(seconds: float) -> str:
 
 
 class Progress:
-    """Counts settings. The time left follows from the settings computed by this process."""
+    """Counts settings, frames or the like. The time left follows from those that this process computed."""
 
     def __init__(
         self,
-        total: int,
+        total: int | None,
         done: int = 0,
         stream: TextIO | None = None,
         every: float = 10.0,
         clock: Callable[[], float] = time.monotonic,
+        unit: str = "setting",
     ) -> None:
+        """Args: total: None if it is not known. done: found finished. every: seconds between two lines."""
         self.stream = stream if stream is not None else sys.stderr
-        self.total, self.done, self.every, self.clock = total, done, every, clock
+        self.total, self.done, self.every, self.clock, self.unit = total, done, every, clock, unit
         self.computed = 0
         self.busy = 0.0
-        """Time spent on computing settings, without building worlds and compiling [s]."""
+        """Time spent on computing, without building worlds and compiling [s]."""
+        self.told = done
+        self.note = ""
         self.last = clock()
+        self.before: float | None = None
         self.bar: tqdm | None = None
         if self.stream.isatty():
-            self.bar = tqdm(total=total, initial=done, unit="setting", file=self.stream, dynamic_ncols=True)
+            self.bar = tqdm(total=total, initial=done, unit=unit, file=self.stream, dynamic_ncols=True)
 
     def __enter__(self) -> Self:
         return self
@@ -48,6 +54,8 @@ class Progress:
     ) -> None:
         if self.bar is not None:
             self.bar.close()
+        elif self.told < self.done:
+            self._tell()
 
     def say(self, text: str) -> None:
         """One line beside the bar."""
@@ -57,20 +65,39 @@ class Progress:
             print(text, file=self.stream, flush=True)
 
     def left(self) -> float:
-        """Time left [s]; infinite before the first chunk."""
-        return self.busy / self.computed * (self.total - self.done) if self.computed else float("inf")
+        """Time left [s]; infinite before the first chunk, and where the total is not known."""
+        if self.total is None or not self.computed:
+            return float("inf")
+        return self.busy / self.computed * (self.total - self.done)
 
-    def advance(self, settings: int, seconds: float) -> None:
-        """Notes that so many settings took so long."""
-        self.done += settings
-        self.computed += settings
-        self.busy += seconds
+    def advance(self, count: int = 1, seconds: float | None = None, note: str = "") -> None:
+        """Notes that so many took so long, with what to show beside it.
+
+        Args:
+            seconds: None: since the last call; the first one, which is compiled for, does not count then.
+        """
+        now = self.clock()
+        if seconds is None and self.before is not None:
+            seconds = now - self.before
+        self.before, self.note = now, note
+        self.done += count
+        if seconds is not None:
+            self.computed += count
+            self.busy += seconds
         if self.bar is not None:
-            self.bar.set_postfix_str(f"{duration(self.left())} left", refresh=False)
-            self.bar.update(settings)
-        elif self.clock() - self.last >= self.every or self.done == self.total:
-            self.last = self.clock()
-            rate = self.computed / self.busy if self.busy > 0 else 0.0
-            share = 100 * self.done // self.total
-            text = f"{self.done}/{self.total} settings ({share} %), {rate:.3g} settings/s, {duration(self.left())} left"
-            print(text, file=self.stream, flush=True)
+            self.bar.set_postfix_str(", ".join(self._about()), refresh=False)
+            self.bar.update(count)
+        elif now - self.last >= self.every or self.done == self.total:
+            self._tell()
+
+    def _about(self) -> list[str]:
+        left = [f"{duration(self.left())} left"] if math.isfinite(self.left()) else []
+        return left + ([self.note] if self.note else [])
+
+    def _tell(self) -> None:
+        self.last, self.told = self.clock(), self.done
+        share = "" if self.total is None else f"/{self.total}"
+        percent = f" ({100 * self.done // self.total} %)" if self.total else ""
+        rate = [f"{self.computed / self.busy:.3g} {self.unit}s/s"] if self.computed and self.busy > 0 else []
+        text = ", ".join([f"{self.done}{share} {self.unit}s{percent}", *rate, *self._about()])
+        print(text, file=self.stream, flush=True)

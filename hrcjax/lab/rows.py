@@ -7,23 +7,23 @@ from pathlib import Path
 from typing import Any
 
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.table import aligned
 
 Row = Mapping[str, Any]
 
 
 def table(name: str, rows: Mapping[str, Row]) -> str:
     """The rows of a section, aligned."""
-    wide = max([len(row) for row in rows] + [len(name)])
-    lines = [name.ljust(wide)]
+    lines = [[name, "", ""]]
     for row, entry in rows.items():
         value = entry["value"]
         text = f"{value:,.0f}" if isinstance(value, int | float) and math.isfinite(value) and abs(value) >= 1000 else ""
-        lines.append(f"{row.ljust(wide)}  {(text or f'{value:.3g}').rjust(12)}  {entry['unit']}")
-    return "\n".join(lines)
+        lines.append([row, text or f"{value:.3g}", str(entry["unit"])])
+    return aligned(lines, "<><")
 
 
 def read_results(path: Path) -> dict[str, dict[str, Row]]:
-    """The sections that a file has already; empty if there is no file.
+    """The sections that a file has already; none if there is no file, or an empty one.
 
     Raises:
         UsageError: it is no such file.
@@ -31,7 +31,7 @@ def read_results(path: Path) -> dict[str, dict[str, Row]]:
     if not path.exists():
         return {}
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8").strip() or "{}")
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} cannot be read as JSON; remove it or choose another --json") from error
     if not isinstance(found, dict):

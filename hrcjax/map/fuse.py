@@ -170,6 +170,8 @@ def fuse(
         return jnp.sum(which, dtype=jnp.int32)
 
     report = FrameReport(
+        measured=count(view.mask),
+        beyond=count(view.mask & ~((depth > params.near) & (depth < params.far))),
         points=count(there),
         blocks=count(levels[0].place[:, 0] > 0),
         new=count(new),

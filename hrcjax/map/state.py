@@ -40,6 +40,10 @@ class FieldMap(eqx.Module):
 class FrameReport(eqx.Module):
     """What one frame did. Where one of the last five is not 0 the map is incomplete or behind."""
 
+    measured: Int[Array, ""]
+    """Tiles of the image with a surface, or points of the cloud."""
+    beyond: Int[Array, ""]
+    """Of them those nearer or farther than the limits of depth, which do not count."""
     points: Int[Array, ""]
     """Points in the blocks that the frame saw."""
     blocks: Int[Array, ""]

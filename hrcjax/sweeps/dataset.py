@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from hrcjax.lab.any_name import printable
 from hrcjax.lab.atomic import replace_file
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.sweeps.settings import Settings
@@ -40,7 +41,10 @@ def taken_names(problem: Sweepable) -> set[str]:
 
 def _coordinates(problem: Sweepable, settings: Settings) -> dict[str, Any]:
     labels, _ = world_shape(problem)
-    coords: dict[str, Any] = {dim: (dim, np.asarray(values)) for dim, values in labels.items()}
+    coords: dict[str, Any] = {
+        dim: (dim, np.asarray([printable(v) if isinstance(v, str) else v for v in values]))
+        for dim, values in labels.items()
+    }
     sampled = settings.dims == ("sample",)
     docs = leaf_docs(problem.params)
     if sampled:
@@ -86,7 +90,7 @@ def write_results(
     _, worlds = world_shape(problem)
     count = int(np.prod(worlds))
     axes = settings.dims
-    encoded = {key: value if isinstance(value, str) else json.dumps(value) for key, value in attrs.items()}
+    encoded = {key: printable(value) if isinstance(value, str) else json.dumps(value) for key, value in attrs.items()}
 
     def gather(name: str) -> np.ndarray:
         whole: np.ndarray | None = None

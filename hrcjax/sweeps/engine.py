@@ -3,7 +3,7 @@
 import math
 import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -74,14 +74,19 @@ class _Program:
         self.compiled: Any = None
         self.seconds = 0.0
 
-    def prepare(self, batch: Any, world: Any, chunk: int) -> None:
-        """Compiles, once. Raises ValueError if `evaluate` does not return what it announces."""
+    def prepare(self, batch: Any, world: Any, chunk: int, enough: Callable[[Mapping[str, Any]], None]) -> None:
+        """Compiles, once. Raises ValueError if `evaluate` does not return what it announces.
+
+        Args:
+            enough: raises if there is not enough space for results of such shapes and types.
+        """
         if self.compiled is not None:
             return
         begin = time.monotonic()
         self.progress.say("compiling (most of a minute the first time)")
         program = traced(self.problem.evaluate, (batch, world), self.problem.identity)
         self._check(program.out_info, chunk)
+        enough(program.out_info)
         self.compiled = program.lower().compile(compiler_options=unrolled_options())
         self.seconds = time.monotonic() - begin
         self.progress.say(f"compiled in {duration(self.seconds)}{self._memory()}")
@@ -129,9 +134,13 @@ def _padded(settings: Settings, place: slice, chunk: int) -> dict[str, np.ndarra
     return {name: column[at] for name, column in settings.values.items()}
 
 
-def _enough_disk(store: RunStore, outcome: Mapping[str, np.ndarray], to_do: int, total: int) -> None:
-    """Raises StorageError if the chunks to come and the results cannot fit the disk."""
-    each = sum(array[:1].nbytes for array in outcome.values())
+def _enough_disk(store: RunStore, outcome: Mapping[str, Any], to_do: int, total: int) -> None:
+    """Raises StorageError if the chunks to come and the results cannot fit the disk.
+
+    Args:
+        outcome: shapes and types of the results of a chunk.
+    """
+    each = sum(math.prod(array.shape[1:]) * array.dtype.itemsize for array in outcome.values())
     need, free = each * (to_do + total), shutil.disk_usage(store.folder).free
     if need > free:
         text = f"{need / MEGABYTE:.0f} MB are needed in {store.folder}, {free / MEGABYTE:.0f} MB are free"
@@ -218,17 +227,15 @@ def _run_world(
     world = _build_world(problem, w, progress)
     if problem.describe is not None:
         store.write(world_key(w), {name: np.asarray(array) for name, array in problem.describe(world).items()})
+    total = settings.count * len(problem.worlds)
     for c in missing:
         place = slices[c]
         batch = batch_params(problem.params, _padded(settings, place, chunk), dtype)
-        program.prepare(batch, world, chunk)
+        program.prepare(batch, world, chunk, lambda out: _enough_disk(store, out, total - tally.resumed, total))
         begin = time.monotonic()
         outcome = program(batch, world)
         kept = {name: array[: place.stop - place.start] for name, array in outcome.items()}
         kept["status"] = flag_not_finite(kept, problem.open_ended)
-        if tally.computed == 0:
-            total = settings.count * len(problem.worlds)
-            _enough_disk(store, kept, total - tally.resumed, total)
         store.write(chunk_key(w, c), kept)
         _count(tally, kept["status"])
         tally.computed += place.stop - place.start

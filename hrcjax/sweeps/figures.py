@@ -1,5 +1,6 @@
 """All figures of a finished sweep, as PNG in its folder."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from hrcjax.lab.any_name import title
 from hrcjax.lab.atomic import replace_file, storage_errors
 from hrcjax.lab.errors import UsageError
 from hrcjax.sweeps.dataset import WORLD_DIMS
@@ -42,7 +44,7 @@ def _axis(results: xr.Dataset, label: str) -> GridAxis:
 def _world_name(results: xr.Dataset, dim: str) -> str:
     """The first scene, person or seed; of a file the name without its folder."""
     name = str(results[dim].values[0])
-    return Path(name).stem if dim == "person" else name
+    return title(Path(re.split(r"\.bvh(?:,|$)", name, flags=re.IGNORECASE)[0]).name if dim == "person" else name)
 
 
 def _over(results: xr.Dataset) -> str:

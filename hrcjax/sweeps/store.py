@@ -5,7 +5,6 @@ arrays. So a run may be killed at any moment: what is there is right, what is no
 """
 
 import contextlib
-import fcntl
 import hashlib
 import io
 import json
@@ -19,8 +18,10 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from hrcjax.lab.atomic import TEMPORARY, remove_temporaries, storage_errors, write_bytes
+from hrcjax.lab.atomic import remove_temporaries, storage_errors, write_bytes
 from hrcjax.lab.errors import StorageError, UsageError, one_line
+from hrcjax.lab.run_folder import own_files
+from hrcjax.lab.writable import check_writable
 
 CONFIG, RESULTS, CHUNKS, LOCK = "config.json", "results.nc", "chunks", ".lock"
 ENGINE = "h5netcdf"
@@ -131,13 +132,15 @@ def _difference(old: Any, new: Any, name: str = "") -> str:
 @contextlib.contextmanager
 def _lock(folder: Path) -> Iterator[None]:
     """Holds the folder for this process; the system releases it however the process ends."""
+    import fcntl  # here: Windows, on which the programs stop with one line, lacks it
+
     with storage_errors(folder):
         descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise UsageError(f"another process writes to {folder}; wait for it or choose another --out") from None
+            raise UsageError(f"another process writes to {folder}; wait for it or give another --out") from None
         yield
     finally:
         os.close(descriptor)
@@ -168,13 +171,8 @@ def open_store(
         StorageError: the folder cannot be made or written.
     """
     folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"{folder} is a file, not a folder; choose another --out")
-    known = {CONFIG, RESULTS, CHUNKS, LOCK, "figures"}
-    if folder.is_dir() and not (folder / CONFIG).exists():
-        strange = sorted(p.name for p in folder.iterdir() if p.name not in known and not p.name.startswith(TEMPORARY))
-        if strange:
-            raise UsageError(f"{folder} holds other files ({strange[0]}) and no run; choose another --out")
+    check_writable(folder, "--out")
+    own_files(folder, {CONFIG}, {RESULTS, CHUNKS, LOCK, "figures"}, "run", "--out")
     with storage_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
     with _lock(folder):
@@ -200,7 +198,7 @@ def _admit(folder: Path, fingerprint: str, record: Mapping[str, Any], overwrite:
         if same:
             return
         if not overwrite:
-            raise UsageError(f"{folder} holds another run ({difference}); choose another --out, or --overwrite it")
+            raise UsageError(f"{folder} holds another run ({difference}); give another --out, or --overwrite it")
         with storage_errors(folder):
             _clear(folder)
     text = json.dumps({"fingerprint": fingerprint, **record}, indent=1) + "\n"

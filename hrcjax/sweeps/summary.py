@@ -5,6 +5,7 @@ import json
 import numpy as np
 import xarray as xr
 
+from hrcjax.lab.table import aligned
 from hrcjax.sweeps.dataset import WORLD_DIMS
 
 
@@ -62,5 +63,4 @@ def best_table(results: xr.Dataset, by: str, rows: int = 5, columns: int = 5) ->
         count = int(failed.values.ravel()[setting])
         values = [f"{float(row[name]):.4g}" for name in [*axes, *names]]
         table.append([str(rank), *values, f"{count}/{worlds}" if count else "no"])
-    widths = [max(len(line[i]) for line in table) for i in range(len(head))]
-    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in table)
+    return aligned(table, ">")

@@ -7,42 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.typing import Array, Float, Vector3
+from hrcjax.world.joint_names import JOINTS, joint_columns
 from hrcjax.world.motions import frame_count
 from hrcjax.world.person import Person
 from hrcjax.world.place import path_middle, standing_place
 from hrcjax.world.scene import FLOOR_Z, Scene
 from hrcjax.world.skeleton import HAND, HEAD, HIP, HIP_HEIGHT, SHANK, THIGH, Body, body_capsules
-
-_NAMES = {
-    "hip": ("hip", "hips", "pelvis", "root"),
-    "neck": ("neck", "neck1", "neckbase"),
-    "head": ("head",),
-    "left_upper_arm": ("leftupperarm", "leftarm", "lshldr", "lshoulder", "leftshoulderjoint", "lupperarm"),
-    "right_upper_arm": ("rightupperarm", "rightarm", "rshldr", "rshoulder", "rightshoulderjoint", "rupperarm"),
-    "left_forearm": ("leftforearm", "leftelbow", "lforearm", "lelbow", "leftlowarm", "leftlowerarm"),
-    "right_forearm": ("rightforearm", "rightelbow", "rforearm", "relbow", "rightlowarm", "rightlowerarm"),
-    "left_hand": ("lefthand", "leftwrist", "lhand", "lwrist"),
-    "right_hand": ("righthand", "rightwrist", "rhand", "rwrist"),
-}
-
-
-def joint_columns(names: Sequence[str]) -> dict[str, int]:
-    """Where the nine joints that a person needs are among the names of a record.
-
-    Case, blanks, underscores and a prefix that ends in a colon do not matter; common other names are known.
-
-    Raises:
-        ValueError: a joint is missing; the message names it and what is accepted.
-    """
-    plain = ["".join(c for c in name.split(":")[-1].lower() if c.isalnum()) for name in names]
-    columns = {}
-    for joint, accepted in _NAMES.items():
-        found = [plain.index(name) for name in accepted if name in plain]
-        if not found:
-            known = ", ".join(accepted)
-            raise ValueError(f"no joint for {joint!r} among {', '.join(names)}: accepted names are {known}")
-        columns[joint] = found[0]
-    return columns
 
 
 def person_from_joints(
@@ -82,7 +52,7 @@ def person_from_joints(
         raise ValueError(f"a record of {frames} frames with finite positions only is needed")
     if not rate > 0:
         raise ValueError(f"the record's rate {rate} Hz must be positive")
-    point = {joint: positions[:, column] for joint, column in columns.items()}
+    point = {joint: positions[:, columns[joint]] for joint in JOINTS}
     trunk = float(np.median(np.linalg.norm(point["neck"] - point["hip"], axis=-1)))
     if not 0.2 < trunk < 1.0:
         raise ValueError(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from experiments.map.__main__ import main
-from experiments.map.labelled_points import labelled_points
 from hrcjax.io.map_file import open_map
 from hrcjax.io.recordings.joints import JointRecord, read_joints
 from hrcjax.lab.errors import UsageError
+from hrcjax.map import labelled_points
 from hrcjax.robot import arm_capsules, load_arm
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import pixel_directions, render_capsules, render_scene

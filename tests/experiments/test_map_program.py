@@ -16,7 +16,6 @@ from experiments.map.__main__ import main
 from experiments.map.choices import beyond_neighbours, choose_layout, choose_params, levels_for
 from experiments.map.config import MapConfig
 from experiments.map.frame_check import farthest_coordinate
-from experiments.map.labelled_points import labelled_points
 from experiments.map.mapper import Mapper
 from experiments.map.notices import EACH, MOST, Notices
 from hrcjax.io.map_file import open_map
@@ -24,7 +23,7 @@ from hrcjax.io.recordings.frame import InputFrame, Intrinsics
 from hrcjax.io.recordings.open_input import open_input
 from hrcjax.io.recordings.source import InputSource
 from hrcjax.lab.errors import UsageError
-from hrcjax.map import DYNAMIC, MapLayout, MapParams, StreamParams, map_distance
+from hrcjax.map import DYNAMIC, MapLayout, MapParams, StreamParams, labelled_points, map_distance
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import render_scene
 from hrcjax.world.scene import BOX

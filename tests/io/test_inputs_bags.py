@@ -247,7 +247,7 @@ def test_depth_with_moving_tf(recorder):
         rotation, position = _camera(min(t, 1.0))
         np.testing.assert_allclose(f.rotation, rotation, atol=1e-6)
         np.testing.assert_allclose(f.position, position, atol=1e-6)
-        assert f.depth.dtype == np.float32 and f.depth[1, 2] == 0 and f.camera == "" and f.color is None
+        assert f.depth.dtype == np.float32 and f.depth[1, 2] == 0 and f.camera == ""
         np.testing.assert_allclose(f.depth[0], (1000 + i) / 1000, rtol=1e-6)
         assert (f.intrinsics.fx, f.intrinsics.fy, f.intrinsics.cx, f.intrinsics.cy) == (62, 63, 3.5, 2.5)
     turn = Rotation.from_rotvec([0, 0, 0.3])

@@ -132,13 +132,12 @@ def test_npz_of_one_frame(tmp_path):
 
 def test_npz_of_depth(tmp_path):
     depth = np.array([[1.0, np.nan, -2.0], [np.inf, 0.0, 3.0]])
-    color = np.arange(18, dtype=np.uint8).reshape(2, 3, 3)
+    color = np.zeros((7, 9, 3), np.uint8)  # nothing reads it
     np.savez(tmp_path / "a.npz", depth=depth, intrinsics=[5.0, 6.0, 1.0, 0.5], color=color)
     (frame,) = open_input(tmp_path / "a.npz")
     assert frame.depth.tolist() == [[1, 0, 0], [0, 0, 3]] and frame.depth.dtype == np.float32
     camera = frame.intrinsics
     assert (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height) == (5, 6, 1, 0.5, 3, 2)
-    assert (frame.color == color).all()
 
 
 def test_npz_of_stacked_frames(tmp_path):

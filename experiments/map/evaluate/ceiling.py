@@ -11,7 +11,7 @@ from .accuracy import cosines
 from .answers import ask
 from .families import Case
 from .queries import Queries, truth
-from .survey import Survey, settle
+from .survey import Survey, settled
 
 
 def on_surfaces(case: Case, seen: Survey) -> FieldMap:
@@ -25,7 +25,7 @@ def on_surfaces(case: Case, seen: Survey) -> FieldMap:
     state = jax.tree.map(jnp.array, seen.state)  # a copy: settling gives its map up
     state = eqx.tree_at(lambda s: s.levels[0].rows, state, jnp.asarray(rows))
     state = eqx.tree_at(lambda s: s.stale[0], state, jnp.asarray(there.any(axis=1)))
-    return settle(state, seen.frames[-1].camera)
+    return settled(state)
 
 
 def exact_points_cosine(case: Case, seen: Survey, asked: Queries) -> float:

@@ -13,18 +13,17 @@ from hrcjax.io.recordings.open_input import open_input
 from hrcjax.lab.errors import UsageError
 from hrcjax.map import (
     FieldMap,
+    FrameParams,
     FrameReport,
     Level,
     MapLayout,
     MapParams,
-    StreamParams,
-    admit,
+    admitted_view,
     empty_map,
-    fuse,
     initial_stream,
     map_distance,
+    take_frame,
 )
-from hrcjax.map.take import surface_view
 from hrcjax.sense import Camera
 
 from .accuracy import Measures
@@ -51,7 +50,11 @@ def recording() -> Path:
 @cache
 def _programs(layout: MapLayout):
     def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
-        return fuse(layout, PARAMS, state, camera, surface_view(PARAMS, camera, depth))
+        stream = initial_stream(depth.dtype)  # of frames that all are to be believed
+        state, _, report, _ = take_frame(
+            layout, FrameParams(PARAMS), state, stream, jnp.zeros((), depth.dtype), camera, depth
+        )
+        return state, report
 
     def zero(levels: tuple[Level, ...], x: jax.Array) -> jax.Array:
         return jax.lax.map(lambda x: map_distance(layout, levels, PARAMS.ratio, x), x, batch_size=64)
@@ -93,9 +96,8 @@ def refusals(frames: list[InputFrame]) -> list[int]:
     """What the check of a stream says of each frame: bits of `hrcjax.map.admit`, 0: taken."""
     state, bits = initial_stream(), []
     for frame in frames:
-        camera = camera_of(frame)
-        view = surface_view(PARAMS, camera, jnp.asarray(frame.depth, jnp.float32))
-        state, _, why = admit(StreamParams(), state, jnp.asarray(frame.stamp, jnp.float32), camera, view)
+        depth, stamp = jnp.asarray(frame.depth, jnp.float32), jnp.asarray(frame.stamp, jnp.float32)
+        state, _, _, why = admitted_view(FrameParams(PARAMS), state, stamp, camera_of(frame), depth)
         bits.append(int(why))
     return bits
 

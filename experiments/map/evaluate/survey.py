@@ -8,8 +8,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from hrcjax.map import FieldMap, FrameReport, MapLayout, MapParams, View, empty_map, fuse
-from hrcjax.map.take import surface_view
+from hrcjax.map import (
+    FieldMap,
+    FrameParams,
+    FrameReport,
+    MapLayout,
+    MapParams,
+    empty_map,
+    initial_stream,
+    labelled_points,
+    settle,
+    take_frame,
+)
 from hrcjax.sense import Camera, NoiseParams, d435i
 from hrcjax.sense.noise import measure
 from hrcjax.sense.points import supported as supported_pixels
@@ -64,20 +74,20 @@ def _look():
 
 
 @cache
-def _fuse():
+def _take():
     def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
-        return fuse(LAYOUT, PARAMS, state, camera, surface_view(PARAMS, camera, depth))
+        stream = initial_stream(depth.dtype)  # of frames that all are to be believed
+        state, _, report, _ = take_frame(
+            LAYOUT, FrameParams(PARAMS), state, stream, jnp.zeros((), depth.dtype), camera, depth
+        )
+        return state, report
 
     return jax.jit(step, donate_argnums=0)
 
 
 @cache
-def _rest():
-    def rest(state: FieldMap, camera: Camera, view: View) -> tuple[FieldMap, FrameReport]:
-        nothing = View(view.points, jnp.zeros_like(view.mask), view.variance, jnp.zeros_like(view.depth))
-        return fuse(LAYOUT, PARAMS, state, camera, nothing)
-
-    return jax.jit(rest, donate_argnums=0)
+def _settle():
+    return jax.jit(lambda state: settle(LAYOUT, PARAMS, state), donate_argnums=0)
 
 
 @cache
@@ -93,25 +103,17 @@ def look(world: World, eye: np.ndarray, target: np.ndarray, seed: int) -> Frame:
 
 def take(state: FieldMap, frame: Frame) -> tuple[FieldMap, FrameReport]:
     """The map after one image. The old map is given up."""
-    return _fuse()(state, frame.camera, jnp.asarray(frame.measured))
+    return _take()(state, frame.camera, jnp.asarray(frame.measured))
 
 
-def settle(state: FieldMap, camera: Camera) -> FieldMap:
-    """The map after all weights that wait are fitted, by frames that see nothing."""
-    tiles = (camera.height // 4, camera.width // 4)
-    count = tiles[0] * tiles[1]
-    view = View(jnp.zeros((count, 3)), jnp.zeros(count, bool), jnp.ones(count), jnp.zeros(tiles))
-    for _ in range(20):
-        if not any(bool(np.any(np.asarray(stale))) for stale in state.stale):
-            break
-        state, _ = _rest()(state, camera, view)
-    return state
+def settled(state: FieldMap) -> FieldMap:
+    """The map after all weights that wait are fitted. The old map is given up."""
+    return _settle()(state)
 
 
 def map_points(state: FieldMap) -> np.ndarray:
     """The points of level 0 (point, 3) [m]."""
-    rows = np.asarray(state.levels[0].rows)
-    return np.moveaxis(rows[:, :3], 1, 2)[rows[:, 3] > 0]
+    return labelled_points(state)[0]
 
 
 def pixels(frame: Frame, z: np.ndarray) -> np.ndarray:
@@ -162,5 +164,5 @@ def survey(case: Case, seed: int, every: int = 1) -> Survey:
         raw.add(pixels(frame, frame.measured))
         supported.add(pixels(frame, np.where(_supported()(frame.measured), frame.measured, 0)))
         frames.append(frame)
-    state = settle(state, frames[-1].camera)
+    state = settled(state)
     return Survey(state, frames, raw.result(), supported.result(LEAST_PIXELS), faults)

@@ -6,6 +6,7 @@ import numpy as np
 
 from hrcjax.io.recordings.frame import Intrinsics
 from hrcjax.io.recordings.images import clean_depth
+from hrcjax.io.recordings.lens import Lens, lens_of
 
 DEPTH_ENCODINGS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 CLOUD_TYPES = {7: "f4", 8: "f8"}  # FLOAT32 and FLOAT64 of sensor_msgs/PointField
@@ -50,18 +51,28 @@ def depth_of(image: Any, per_metre: float | None) -> np.ndarray:
     return clean_depth(raw / (per_metre or (1.0 if kind == "f4" else PER_METRE)))
 
 
-def intrinsics_of(info: Any) -> Intrinsics:
-    """The pinhole of a sensor_msgs/CameraInfo: of the rectified image (matrix P), or of K where P is empty.
+def pinhole_of(info: Any, rectified: bool) -> tuple[Intrinsics, Lens | None]:
+    """The camera of a sensor_msgs/CameraInfo, and the lens that bends its images; None: they are straight.
+
+    An image that is rectified, or of a lens that does not bend, has the matrix P, or K where P is empty. Another one has K.
+
+    Args:
+        rectified: the images are; the message tells the lens of the images before, too.
 
     Raises:
-        UsageError: a camera that is not calibrated.
+        UsageError: a camera that is not calibrated, a lens of an unknown model.
     """
-    camera = info.P if hasattr(info, "P") else info.p
+
+    def field(name: str) -> Any:
+        return getattr(info, name.upper()) if hasattr(info, name.upper()) else getattr(info, name)
+
+    lens = None if rectified else lens_of(info.distortion_model, field("d"))
+    camera = field("p")
     fx, cx, fy, cy = camera[0], camera[2], camera[5], camera[6]
-    if fx == 0:
-        camera = info.K if hasattr(info, "K") else info.k
+    if fx == 0 or lens is not None:
+        camera = field("k")
         fx, cx, fy, cy = camera[0], camera[2], camera[4], camera[5]
-    return Intrinsics(float(fx), float(fy), float(cx), float(cy), int(info.width), int(info.height))
+    return Intrinsics(float(fx), float(fy), float(cx), float(cy), int(info.width), int(info.height)), lens
 
 
 def points_of(cloud: Any) -> np.ndarray:

@@ -1,15 +1,19 @@
 """Which topics of a bag are depth, and the parameters of their cameras."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hrcjax.io.recordings.bag_file import Bag
-from hrcjax.io.recordings.bag_messages import frame_name, intrinsics_of
+from hrcjax.io.recordings.bag_messages import frame_name, pinhole_of
 from hrcjax.io.recordings.frame import Intrinsics
+from hrcjax.io.recordings.lens import Lens
 from hrcjax.lab.errors import UsageError
 
 IMAGE, CLOUD, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/CameraInfo"
 ACCEPTED = "sensor_msgs/Image of 16UC1 or 32FC1 with sensor_msgs/CameraInfo, or sensor_msgs/PointCloud2"
+RECTIFIED = re.compile(r"(^|[/_])rect(ified)?([/_]|$)")
+"""Names of topics whose images are straight already, whatever lens their CameraInfo tells."""
 
 
 @dataclass(frozen=True)
@@ -19,6 +23,10 @@ class Sensor:
     topic: str
     frame: str
     intrinsics: Intrinsics | None
+    lens: Lens | None = None
+    """Distortion of its images; None: there is none."""
+    note: str = ""
+    """Where its camera comes from, in one line."""
 
 
 def find_sensors(
@@ -41,15 +49,23 @@ def find_sensors(
     sensors = []
     for topic in topics or _found(bag):
         first = bag.first(topic)
-        camera = None
-        if bag.types[topic] == IMAGE:
-            camera = intrinsics or _camera(bag, topic, info_topic)
-            if (first.width, first.height) != (camera.width, camera.height):
-                raise UsageError(
-                    f"bag {bag.path}: {topic} has {first.width}x{first.height} pixels, its intrinsics are of "
-                    f"{camera.width}x{camera.height}: name the CameraInfo topic or give the intrinsics of this camera"
-                )
-        sensors.append(Sensor(topic, frame_name(first.header.frame_id), camera))
+        camera, lens, note = intrinsics, None, ""
+        if bag.types[topic] == CLOUD:
+            camera = None
+        elif camera is None:
+            chosen = _info_topic(bag, topic, info_topic)
+            try:
+                camera, lens = pinhole_of(bag.first(chosen), rectified=bool(RECTIFIED.search(topic)))
+            except UsageError as error:
+                raise UsageError(f"bag {bag.path}: {chosen}: {error}") from None
+            if lens is not None:
+                note = f"{topic}: undistorted by {chosen} ({lens.model}); give --intrinsics if these images are straight already"
+        if camera is not None and (first.width, first.height) != (camera.width, camera.height):
+            raise UsageError(
+                f"bag {bag.path}: {topic} has {first.width}x{first.height} pixels, its intrinsics are of "
+                f"{camera.width}x{camera.height}: name the CameraInfo topic or give the intrinsics of this camera"
+            )
+        sensors.append(Sensor(topic, frame_name(first.header.frame_id), camera, lens, note))
     return sensors
 
 
@@ -69,7 +85,7 @@ def _found(bag: Bag) -> list[str]:
     return images or clouds
 
 
-def _camera(bag: Bag, topic: str, info_topic: str | None) -> Intrinsics:
+def _info_topic(bag: Bag, topic: str, info_topic: str | None) -> str:
     there = bag.of_type(INFO)
     sibling = topic.rsplit("/", 1)[0] + "/camera_info"
     chosen = info_topic or (sibling if sibling in there else there[0] if len(there) == 1 else "")
@@ -80,7 +96,4 @@ def _camera(bag: Bag, topic: str, info_topic: str | None) -> Intrinsics:
             f"bag {bag.path} has no sensor_msgs/CameraInfo at {missing} for {topic}: "
             f"accepted is one of {names}, or intrinsics"
         )
-    try:
-        return intrinsics_of(bag.first(chosen))
-    except UsageError as error:
-        raise UsageError(f"bag {bag.path}: {chosen}: {error}") from None
+    return chosen

@@ -12,6 +12,7 @@ from hrcjax.io.recordings.bag_poses import poses_of_tf, poses_of_topic, read_tra
 from hrcjax.io.recordings.bag_sensors import Sensor, find_sensors
 from hrcjax.io.recordings.files import files_with
 from hrcjax.io.recordings.frame import InputFrame, Intrinsics
+from hrcjax.io.recordings.lens import without_distortion
 from hrcjax.io.recordings.npz_file import measured_points
 from hrcjax.io.recordings.pose import Pose
 from hrcjax.io.recordings.source import InputSource, Skip
@@ -49,8 +50,8 @@ def open_bag(
         topics: sensor_msgs/Image of 16UC1 or 32FC1, or sensor_msgs/PointCloud2. Without names: all depth images, or
             else the only point cloud.
         info_topic: sensor_msgs/CameraInfo of the images; without it the one beside the topic, or else the only one.
-        intrinsics: instead of a CameraInfo.
-        per_metre: the images' number for one metre; without it 1000 for 16UC1 and 1 for 32FC1.
+        intrinsics: instead of a CameraInfo, of images without distortion.
+        per_metre: the number of images and clouds for one metre; without it 1000 for 16UC1, and 1 for 32FC1 and clouds.
         world_frame: the frame of tf that is the world; without it the root above the sensors.
         pose_topic: geometry_msgs/PoseStamped or nav_msgs/Odometry, world from body, instead of tf's world.
         body_frame: the frame `pose_topic` tells the pose of; without it Odometry's child frame, or the sensor's frame.
@@ -101,20 +102,23 @@ def open_bag(
                 f"bag {path}: none of its {length} frames can be used, accepted are whole ones with a pose; {reason}"
             )
 
-    return InputSource(path, "ROS bag", length, read)
+    notes = tuple(sensor.note for sensor in sensors.values() if sensor.note)
+    return InputSource(path, "ROS bag", length, read, notes=notes)
 
 
 def _frame(message: Any, sensor: Sensor, camera: str, stamp: float, pose: Pose, per_metre: float | None) -> InputFrame:
     if frame_name(message.header.frame_id) != sensor.frame:
         raise MessageError(f"its frame is {message.header.frame_id}, that of the first message {sensor.frame}")
     if sensor.intrinsics is None:
-        cloud = measured_points(points_of(message))
+        cloud = measured_points(points_of(message) / (per_metre or 1.0))
         if len(cloud) == 0:
             raise MessageError("no finite point")
         return InputFrame(stamp, camera, None, cloud, None, pose.rotation, pose.position)
     depth = depth_of(message, per_metre)
     if depth.shape != (sensor.intrinsics.height, sensor.intrinsics.width):
         raise MessageError(f"{depth.shape[1]}x{depth.shape[0]} pixels, the first image had another size")
+    if sensor.lens is not None:
+        depth = without_distortion(depth, sensor.lens, sensor.intrinsics, sensor.intrinsics)
     return InputFrame(stamp, camera, depth, None, sensor.intrinsics, pose.rotation, pose.position)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hrcjax.io.recordings.files import files_with
 from hrcjax.io.recordings.frame import InputFrame
-from hrcjax.io.recordings.npz_file import measured_points, read_npz
+from hrcjax.io.recordings.npz_file import RATE, measured_points, read_npz, unit_of_stamps
 from hrcjax.io.recordings.ply_file import read_ply
 from hrcjax.io.recordings.source import InputSource, Skip
 from hrcjax.lab.errors import UsageError
@@ -15,7 +15,9 @@ from hrcjax.lab.errors import UsageError
 SUFFIXES = (".ply", ".npz")
 
 
-def open_clouds(path: Path, origin: Sequence[float] | None = None, rate: float = 30.0) -> InputSource:
+def open_clouds(
+    path: Path, origin: Sequence[float] | None = None, rate: float | None = None, per_metre: float | None = None
+) -> InputSource:
     """A PLY or NPZ file, or a folder of such files in natural order (2 before 10).
 
     A PLY file is one frame, in the axes of the world. Its sensor stood at `origin`; without it, at the position of the
@@ -25,10 +27,12 @@ def open_clouds(path: Path, origin: Sequence[float] | None = None, rate: float =
     Args:
         path: the file or folder.
         origin: of the sensor in the world (3,) [m], for all PLY files.
-        rate: files, or stacked frames, a second [Hz], where there are no stamps.
+        rate: files, or stacked frames, a second [Hz], where there are no stamps; without it 30, and no speed follows from
+            these stamps.
+        per_metre: the files' number of points and depth for one metre; 1 without it, and whole numbers are refused.
 
     Raises:
-        UsageError: no such file, an empty folder, an origin or rate that is no position or rate.
+        UsageError: no such file, an empty folder, an origin, rate or scale that is no position, rate or scale.
     """
     path = Path(path)
     files = files_with(path, SUFFIXES) if path.is_dir() else [path]
@@ -41,8 +45,9 @@ def open_clouds(path: Path, origin: Sequence[float] | None = None, rate: float =
         raise UsageError(
             f"the origin of the sensor is {tuple(origin or ())}: accepted are three finite numbers x y z [m]"
         )
-    if not (np.isfinite(rate) and rate > 0):
-        raise UsageError(f"the rate of frames is {rate}: accepted is a positive number")
+    for what, number in (("the rate of frames", rate), ("the scale of depth", per_metre)):
+        if number is not None and not (np.isfinite(number) and number > 0):
+            raise UsageError(f"{what} is {number}: accepted is a positive number")
     if given is not None and all(file.suffix.lower() == ".npz" for file in files):
         raise UsageError(
             f"{path} holds no PLY file for the origin: NPZ files say the sensor's place by the key position"
@@ -52,16 +57,19 @@ def open_clouds(path: Path, origin: Sequence[float] | None = None, rate: float =
         index = 0
         for file in files:
             if file.suffix.lower() == ".npz":
-                index += yield from read_npz(file, index, rate, skip)
+                index += yield from read_npz(file, index, rate, skip, per_metre)
                 continue
             index += 1
-            points, camera = read_ply(file)
+            points, camera = read_ply(file, per_metre)
             position = given if given is not None else camera if camera is not None else np.zeros(3)
             cloud = measured_points(points - position)
             if len(cloud):
-                yield InputFrame((index - 1) / rate, "", None, cloud, None, np.eye(3), position)
+                stamp = (index - 1) / (rate or RATE)
+                yield InputFrame(stamp, "", None, cloud, None, np.eye(3), position, timed=rate is not None)
             else:
                 skip(f"{file.name}: no finite point")
 
     every_ply = all(file.suffix.lower() == ".ply" for file in files)
-    return InputSource(path, "point clouds", len(files) if every_ply else None, read)
+    unit = unit_of_stamps(files[0]) if files[0].suffix.lower() == ".npz" else "seconds"
+    notes = (f"stamps of {files[0].name}, by their size, in {unit}",) if unit != "seconds" else ()
+    return InputSource(path, "point clouds", len(files) if every_ply else None, read, notes=notes)

@@ -46,7 +46,7 @@ class InputFrame:
         intrinsics: given with depth.
         rotation: float64 (3, 3), world from camera.
         position: float64 (3,), of the camera in the world [m].
-        color: uint8 (height, width, 3), red, green, blue, in the pixels of the depth.
+        timed: whether the stamp was recorded; False: it was made from a rate, so that no speed follows from it.
 
     Raises:
         ValueError: both or none of depth and cloud, or an array of another shape.
@@ -59,7 +59,7 @@ class InputFrame:
     intrinsics: Intrinsics | None
     rotation: np.ndarray
     position: np.ndarray
-    color: np.ndarray | None = None
+    timed: bool = True
 
     def __post_init__(self) -> None:
         if (self.depth is None) == (self.cloud is None):
@@ -72,5 +72,3 @@ class InputFrame:
             size = None if self.intrinsics is None else (self.intrinsics.height, self.intrinsics.width)
             if self.depth.shape != size:
                 raise ValueError(f"depth is {self.depth.shape}, its intrinsics say {size}")
-            if self.color is not None and self.color.shape != (*self.depth.shape, 3):
-                raise ValueError(f"depth is {self.depth.shape}, its color {self.color.shape}")

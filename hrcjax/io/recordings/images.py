@@ -1,4 +1,4 @@
-"""Depth and color images, read by the library Pillow."""
+"""Depth images, read by the library Pillow."""
 
 from pathlib import Path
 
@@ -9,7 +9,6 @@ from hrcjax.io.recordings.frame import Intrinsics
 from hrcjax.lab.errors import UsageError
 
 DEPTH_SUFFIXES = (".pgm", ".png")
-COLOR_SUFFIXES = (".png", ".jpg", ".jpeg", ".ppm")
 ACCEPTED_DEPTH = "a whole PGM or PNG image of one channel with 16 bits"
 
 
@@ -36,7 +35,7 @@ def read_depth(path: Path, per_metre: float, intrinsics: Intrinsics) -> np.ndarr
             stretched = next((tile for tile in image.tile if tile[0].startswith("ppm")), None)
             mode, raw = image.mode, np.asarray(image)
     except Exception as error:  # the library raises errors of many types on broken files
-        raise _unreadable("depth", path, error, ACCEPTED_DEPTH) from error
+        raise _unreadable(path, error) from error
     if not mode.startswith("I") or raw.ndim != 2:
         raise UsageError(f"depth image {path} has pixels of type {mode}: accepted is {ACCEPTED_DEPTH}")
     if raw.shape != (intrinsics.height, intrinsics.width):
@@ -51,25 +50,19 @@ def read_depth(path: Path, per_metre: float, intrinsics: Intrinsics) -> np.ndarr
     return clean_depth(numbers / per_metre)
 
 
-def read_color(path: Path, height: int, width: int) -> np.ndarray:
-    """Color, uint8 (height, width, 3): red, green, blue.
-
-    Raises:
-        UsageError: a truncated image, or not of the depth's size.
-    """
-    accepted = f"a whole image of the depth's size {width}x{height}; without color images the depth is read alone"
+def size_of(path: Path) -> tuple[int, int] | None:
+    """Width and height of an image [px]; None: it cannot be read, which `read_depth` says."""
     try:
         with Image.open(path) as image:
-            color = np.array(image.convert("RGB"))
-    except Exception as error:
-        raise _unreadable("color", path, error, accepted) from error
-    if color.shape[:2] != (height, width):
-        raise UsageError(f"color image {path} has {color.shape[1]}x{color.shape[0]} pixels: accepted is {accepted}")
-    return color
+            return image.size
+    except Exception:
+        return None
 
 
-def _unreadable(what: str, path: Path, error: Exception, accepted: str) -> UsageError:
+def _unreadable(path: Path, error: Exception) -> UsageError:
     if isinstance(error, FileNotFoundError):
-        return UsageError(f"{what} image {path} is missing: accepted is {accepted}")
+        return UsageError(f"depth image {path} is missing: accepted is {ACCEPTED_DEPTH}")
     detail = " ".join(str(error).split()).replace(repr(str(path)), "it")
-    return UsageError(f"{what} image {path} cannot be read ({detail or type(error).__name__}): accepted is {accepted}")
+    return UsageError(
+        f"depth image {path} cannot be read ({detail or type(error).__name__}): accepted is {ACCEPTED_DEPTH}"
+    )

@@ -1,6 +1,7 @@
 """The joints of an arm over time, and the frames of a recording for which they are known."""
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from hrcjax.io.recordings.frame import InputFrame
 from hrcjax.io.recordings.source import InputSource, Skip
+from hrcjax.io.recordings.stamps import UNITS, stamp_unit
 from hrcjax.lab.errors import UsageError
 
 TOLERANCE = 0.1
@@ -16,14 +18,25 @@ GAP = 1.0
 """Joints of the record that are farther apart than this tell nothing of the frames between them [s]."""
 ROUND = 0.1
 """How far beyond its limits a joint may be [rad]."""
-ACCEPTED = "an NPZ file with stamp (n), ascending [s], and q (n, 6), the joints of the arm [rad]"
+ORDER = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+"""Joints of a UR arm from the base to the flange, as ROS names them."""
+ON_PENDANT = {"base": 0, "shoulder": 1}
+"""What the arm's own display calls the first two."""
+NAMES = ("joint_names", "names", "name")
+"""Keys under which a file may name the columns of q."""
+ACCEPTED = (
+    "an NPZ file with stamp (n), ascending [s], and q (n, 6), the joints of the arm from the base to the flange [rad], or "
+    "q (n, m) and joint_names (m)"
+)
 
 
 class JointRecord:
     """Joints over time, linear between two records."""
 
-    def __init__(self, path: Path, stamps: np.ndarray, q: np.ndarray) -> None:
-        self.path, self.stamps, self.q = path, stamps, q
+    def __init__(
+        self, path: Path, stamps: np.ndarray, q: np.ndarray, notes: tuple[str, ...] = (), named: bool = False
+    ) -> None:
+        self.path, self.stamps, self.q, self.notes, self.named = path, stamps, q, notes, named
 
     def at(self, stamp: float) -> np.ndarray | None:
         """Joints (6,) at `stamp` [rad]; None: not known."""
@@ -54,22 +67,60 @@ def read_joints(path: Path, most: np.ndarray) -> JointRecord:
         raise UsageError(f"no joints at {path}: accepted is {ACCEPTED}") from None
     except Exception as error:  # a broken archive raises errors of many types
         raise _wrong(path, " ".join(str(error).split()) or type(error).__name__) from error
-    if set(arrays) != {"stamp", "q"}:
+    named = [key for key in NAMES if key in arrays]
+    if set(arrays) - set(named) != {"stamp", "q"} or len(named) > 1:
         raise _wrong(path, f"it holds {', '.join(sorted(arrays)) or 'nothing'}")
     stamps, q = arrays["stamp"], arrays["q"]
     if stamps.dtype.kind not in "fiu" or q.dtype.kind not in "fiu":
         raise _wrong(path, f"stamp is {stamps.dtype}, q is {q.dtype}")
-    if stamps.ndim != 1 or not len(stamps) or q.shape != (len(stamps), len(most)):
-        raise _wrong(path, f"stamp is {stamps.shape}, q is {q.shape}")
-    stamps, q = stamps.astype(np.float64), q.astype(np.float64)
+    joints = [str(name) for name in np.ravel(arrays[named[0]])] if named else []
+    columns = len(joints) if named else len(most)
+    if stamps.ndim != 1 or not len(stamps) or q.shape != (len(stamps), columns):
+        names = f", {named[0]} is {arrays[named[0]].shape}" if named else ""
+        raise _wrong(path, f"stamp is {stamps.shape}, q is {q.shape}{names}")
+    notes = [
+        f"joints of {path.name}: {'by their names' if named else 'from the base to the flange (ASSUMED, no joint_names are there)'}"
+    ]
+    unit = stamp_unit(stamps, longest=GAP)
+    if unit != "seconds":
+        notes.append(f"stamps of {path.name}, by their size, in {unit}")
+    stamps, q = stamps.astype(np.float64) / UNITS[unit], q.astype(np.float64)
+    if named:
+        q = q[:, columns_of(path, joints)]
     if not (np.isfinite(stamps).all() and np.isfinite(q).all()):
         raise _wrong(path, "a number is not finite")
     if (np.diff(stamps) < 0).any():
         raise _wrong(path, "the stamps do not ascend")
     if (np.abs(q) > most + ROUND).any():
         row, joint = np.argwhere(np.abs(q) > most + ROUND)[0]
-        raise _wrong(path, f"joint {joint} of row {row} is {q[row, joint]:g}, which this arm cannot reach [rad]")
-    return JointRecord(path, stamps, q)
+        degrees = f" (degrees? the angles go up to {np.abs(q).max():.0f}; numpy.radians turns them)"
+        turned = degrees if (np.abs(q) <= np.degrees(most) + 1).all() else ""
+        raise _wrong(
+            path, f"joint {joint} of row {row} is {q[row, joint]:g}, which this arm cannot reach [rad]{turned}"
+        )
+    return JointRecord(path, stamps, q, tuple(notes), bool(named))
+
+
+def columns_of(path: Path, names: Sequence[str]) -> list[int]:
+    """Where each joint of ORDER stands among the names of a file; other joints, such as a gripper's, are passed over.
+
+    Raises:
+        UsageError: a joint is missing, or named twice.
+    """
+    known: dict[int, int] = {}
+    for column, name in enumerate(names):
+        plain = re.sub(r"[\s-]+", "_", name.strip().lower()).removesuffix("_joint")
+        plain = re.sub(r"wrist_?([123])$", r"wrist_\1", plain)
+        joint = next((k for k, end in enumerate(ORDER) if plain.endswith(end)), ON_PENDANT.get(plain))
+        if joint is None:
+            continue
+        if joint in known:
+            raise _wrong(path, f"joint {name} is there twice")
+        known[joint] = column
+    missing = [name for k, name in enumerate(ORDER) if k not in known]
+    if missing:
+        raise _wrong(path, f"its joints are {', '.join(names)}; missing: {', '.join(missing)}")
+    return [known[k] for k in range(len(ORDER))]
 
 
 def with_joints(source: InputSource, record: JointRecord) -> InputSource:
@@ -78,7 +129,7 @@ def with_joints(source: InputSource, record: JointRecord) -> InputSource:
     def read(skip: Skip) -> Iterator[InputFrame]:
         yield from _known(source, record, skip)
 
-    return replace(source, read=read, skipped=[])
+    return replace(source, read=read, skipped=[], notes=(*source.notes, *record.notes))
 
 
 def _known(source: InputSource, record: JointRecord, skip: Callable[[str], None]) -> Iterator[InputFrame]:

@@ -9,36 +9,46 @@ from hrcjax.io.recordings.frame import InputFrame, Intrinsics
 from hrcjax.io.recordings.images import clean_depth
 from hrcjax.io.recordings.pose import fault_of_rotation
 from hrcjax.io.recordings.source import Skip
+from hrcjax.io.recordings.stamps import UNITS, stamp_unit
 from hrcjax.lab.errors import UsageError
 
 KEYS = ("points", "depth", "intrinsics", "color", "mask", "stamp", "rotation", "position")
 ACCEPTED = (
-    "points (n, 3), or depth (height, width) with intrinsics (fx, fy, cx, cy) and optionally color; optionally mask, "
+    "points (n, 3), or depth (height, width) with intrinsics (fx, fy, cx, cy) [m, px]; optionally mask, "
     "stamp, rotation, position; stacked frames along a first axis"
 )
 
 
-def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Generator[InputFrame, None, int]:
+RATE = 30.0
+"""Frames a second, where nothing says it [Hz]."""
+
+
+def read_npz(
+    path: Path, index: int, rate: float | None, skip: Skip, per_metre: float | None = None
+) -> Generator[InputFrame, None, int]:
     """The frames of one NPZ file; the generator returns how many the file holds, skipped ones too.
 
     Accepted are these keys and no others; a file of F stacked frames has `points` or `depth` with one axis more:
 
     * `points` (n, 3) or (F, n, 3): in camera axes [m]; or
     * `depth` (height, width) or (F, height, width): along the camera's z [m], 0 or NaN without measurement, with
-      `intrinsics` (4,) or (F, 4): fx, fy, cx, cy [px]; optionally `color` (..., height, width, 3) uint8;
+      `intrinsics` (4,) or (F, 4): fx, fy, cx, cy [px]; `color` may be there and is not read;
     * `mask`, the shape of depth, or of points without the last axis: true where it counts; optional;
-    * `stamp`, a number or (F,) [s]; without it frame i of all files is at i / `rate`;
+    * `stamp`, a number or (F,) [s], or in milliseconds, microseconds or nanoseconds, which their size tells; without it
+      frame i of all files is at i / `rate`;
     * `rotation` (3, 3) or (F, 3, 3), world from camera, and `position` (3,) or (F, 3) [m]; without them the camera
       stands at the world's origin, and its axes are the world's.
 
     Args:
         path: the file.
         index: how many frames were before this file.
-        rate: frames a second [Hz], where there are no stamps.
-        skip: is told of frames without a single point.
+        rate: frames a second [Hz], where there are no stamps; None: not known, RATE is taken.
+        skip: is told of frames without a single point, or without a pose.
+        per_metre: the number of depth or points for one metre; 1 without it. `position` is in metres always.
 
     Raises:
-        UsageError: a missing or broken file, other keys, other shapes, numbers that are not finite, no rotation.
+        UsageError: a missing or broken file, other keys, other shapes, whole numbers without a unit, no pose at all, intrinsics
+            or stamps that are not finite.
     """
     arrays = _load(path)
     unknown = sorted(set(arrays) - set(KEYS))
@@ -47,43 +57,70 @@ def read_npz(path: Path, index: int, rate: float, skip: Skip) -> Generator[Input
         raise _wrong(path, f"it holds {keys}" + (f"; not known: {', '.join(unknown)}" if unknown else ""))
     key = "depth" if "depth" in arrays else "points"
     values = arrays[key]
-    if "color" in arrays and (key == "points" or arrays["color"].dtype != np.uint8):
-        raise _wrong(path, "color goes with depth and is uint8")
+    if "color" in arrays and key == "points":
+        raise _wrong(path, "color goes with depth")
     stacked = values.ndim == 3
     if values.ndim not in (2, 3) or values.dtype.kind not in "fiu" or (key == "points" and values.shape[-1] != 3):
         raise _wrong(path, f"{key} is {values.dtype} {values.shape}")
+    if values.dtype.kind in "iu" and per_metre is None:
+        least, most = (values.min(), values.max()) if values.size else (0, 0)
+        raise UsageError(
+            f"NPZ file {path}: {key} is {values.dtype}, from {least} to {most}; whole numbers are not metres: accepted is their "
+            "number for one metre by --per-metre (1000: millimetres)"
+        )
     count = len(values) if stacked else 1
     if not stacked:
         values = values[None]
     items = {"mask": values.shape[1:] if key == "depth" else values.shape[1:2], "stamp": (), "intrinsics": (4,)}
-    items |= {"rotation": (3, 3), "position": (3,), "color": (*values.shape[1:], 3)}
+    items |= {"rotation": (3, 3), "position": (3,)}
     each = {
         name: _each(path, name, arrays[name], shape, count, stacked) for name, shape in items.items() if name in arrays
     }
-    for name in ("stamp", "position", "intrinsics"):
+    for name in ("stamp", "intrinsics"):
         if name in each and not np.isfinite(each[name]).all():
             raise _wrong(path, f"a number of {name} is not finite")
+    unit = stamp_unit(np.ravel(each["stamp"])) if "stamp" in each else "seconds"
+    faults = [_fault_of_pose(each, i) for i in range(count)]
+    if count and all(faults):
+        raise _wrong(path, f"frame 0: {faults[0]}")
     for i in range(count):
+        if faults[i]:
+            skip(f"{path.name} frame {i}: {faults[i]}")
+            continue
         rotation = np.array(each["rotation"][i], np.float64) if "rotation" in each else np.eye(3)
-        fault = fault_of_rotation(rotation)
-        if fault:
-            raise _wrong(path, f"frame {i}: {fault}")
         position = np.array(each["position"][i], np.float64) if "position" in each else np.zeros(3)
-        stamp = float(each["stamp"][i]) if "stamp" in each else (index + i) / rate
+        stamp = float(each["stamp"][i] / UNITS[unit]) if "stamp" in each else (index + i) / (rate or RATE)
+        timed = "stamp" in each or rate is not None
         mask = each["mask"][i].astype(bool) if "mask" in each else np.True_
         if key == "depth":
-            depth = clean_depth(np.where(mask, values[i], 0))
+            depth = clean_depth(np.where(mask, values[i], 0) / (per_metre or 1.0))
             fx, fy, cx, cy = (float(number) for number in each["intrinsics"][i])
             intrinsics = Intrinsics(fx, fy, cx, cy, depth.shape[1], depth.shape[0])
-            color = each["color"][i] if "color" in each else None
-            yield InputFrame(stamp, "", depth, None, intrinsics, rotation, position, color)
+            yield InputFrame(stamp, "", depth, None, intrinsics, rotation, position, timed)
             continue
-        cloud = measured_points(values[i][np.broadcast_to(mask, len(values[i]))])
+        cloud = measured_points(values[i][np.broadcast_to(mask, len(values[i]))] / (per_metre or 1.0))
         if len(cloud) == 0:
             skip(f"{path.name} frame {i}: no finite point")
             continue
-        yield InputFrame(stamp, "", None, cloud, None, rotation, position)
+        yield InputFrame(stamp, "", None, cloud, None, rotation, position, timed)
     return count
+
+
+def _fault_of_pose(each: Mapping[str, np.ndarray], i: int) -> str:
+    """What is wrong with the pose of frame i; "": nothing."""
+    fault = fault_of_rotation(np.asarray(each["rotation"][i], np.float64)) if "rotation" in each else ""
+    if not fault and "position" in each and not np.isfinite(each["position"][i]).all():
+        fault = "a number of position is not finite"
+    return fault
+
+
+def unit_of_stamps(path: Path) -> str:
+    """The unit of a file's stamps, which their size tells; seconds where it has none, or is broken, which its reader says."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return stamp_unit(np.ravel(file["stamp"]).astype(np.float64)) if "stamp" in file.files else "seconds"
+    except Exception:  # a broken archive raises errors of many types
+        return "seconds"
 
 
 def measured_points(points: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from hrcjax.io.recordings.source import InputSource
 from hrcjax.lab.errors import UsageError
 
 ACCEPTED = (
-    "a folder with depth/ and pose.txt, a TUM RGB-D folder (depth.txt, groundtruth.txt), "
+    "a folder with depth/ and pose.txt (or pose/), a TUM RGB-D folder (depth.txt, groundtruth.txt), "
     "PLY or NPZ files or a folder of them, a ROS 1 or ROS 2 bag"
 )
 
@@ -40,8 +40,8 @@ def open_input(
 
     Args:
         path: a folder or file; what it is decides on the reader.
-        intrinsics: of the depth camera. Folders of images, bags.
-        per_metre: the depth images' number for one metre. Folders of images, bags.
+        intrinsics: of the depth camera, of images without distortion. Folders of images, bags.
+        per_metre: the number of depth images and points for one metre. All kinds.
         rate: frames a second [Hz], where there are no stamps. Folders with pose.txt, PLY, NPZ.
         tolerance: how far the nearest pose may be from a frame [s]. TUM folders, bags.
         origin: of the sensor in the world (3,) [m]. PLY.

@@ -10,18 +10,31 @@ ACCEPTED = "a whole PLY file, ASCII or binary, whose vertices have x, y, z in me
 LONGEST_HEADER = 1000  # lines
 
 
-def read_ply(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+WHOLE = ("char", "uchar", "short", "ushort", "int", "uint", "int8", "uint8", "int16", "uint16", "int32", "uint32")
+"""Types of whole numbers."""
+
+
+def read_ply(path: Path, per_metre: float | None = None) -> tuple[np.ndarray, np.ndarray | None]:
     """Vertices, float64 (point, 3) [m], in the axes of the file; the sensor's position, float64 (3,) [m], or None.
 
     The position is that of an element `camera` with view_px, view_py, view_pz, as the Point Cloud Library writes it.
     Faces, normals and colors are passed over.
 
+    Args:
+        per_metre: the file's number for one metre; 1 without it.
+
     Raises:
-        UsageError: a missing or truncated file, another format, vertices without x, y, z.
+        UsageError: a missing or truncated file, another format, vertices without x, y, z, or of whole numbers without a unit.
     """
     from trimesh.exchange.ply import load_ply  # takes long to import and is needed for these files alone
 
     properties = _vertex_properties(path)
+    whole = [name for name in "xyz" if properties.get(name) in WHOLE]
+    if whole and per_metre is None:
+        raise UsageError(
+            f"PLY file {path}: {', '.join(whole)} are whole numbers ({properties[whole[0]]}), which are not metres: accepted is "
+            "their number for one metre by --per-metre (1000: millimetres)"
+        )
     missing = [name for name in "xyz" if name not in properties]
     if missing:
         raise UsageError(f"PLY file {path}: its vertices have no {', '.join(missing)}; accepted is {ACCEPTED}")
@@ -44,16 +57,17 @@ def read_ply(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         raise _broken(path, f"{vertex['length']} vertices are announced, {len(points)} are there")
     if position is not None and not np.isfinite(position).all():
         raise _broken(path, "the position of its camera is not finite")
-    return points, position
+    scale = per_metre or 1.0
+    return points / scale, None if position is None else position / scale
 
 
 def _broken(path: Path, what: str) -> UsageError:
     return UsageError(f"broken PLY file {path}: {what}; accepted is {ACCEPTED}")
 
 
-def _vertex_properties(path: Path) -> list[str]:
-    """Names of what the header announces for each vertex."""
-    names: list[str] = []
+def _vertex_properties(path: Path) -> dict[str, str]:
+    """Names and types of what the header announces for each vertex."""
+    found: dict[str, str] = {}
     element = ""
     try:
         with path.open("rb") as stream:
@@ -62,11 +76,11 @@ def _vertex_properties(path: Path) -> list[str]:
             for _ in range(LONGEST_HEADER):
                 words = stream.readline(10_000).decode("utf-8").split()
                 if words[:1] == ["end_header"]:
-                    return names
+                    return found
                 if words[:1] == ["element"]:
                     element = words[1] if len(words) > 1 else ""
                 elif words[:1] == ["property"] and element == "vertex":
-                    names.append(words[-1])
+                    found[words[-1]] = words[1] if len(words) > 2 else ""
     except FileNotFoundError:
         raise UsageError(f"no PLY file at {path}: accepted is {ACCEPTED}") from None
     except (OSError, UnicodeDecodeError) as error:

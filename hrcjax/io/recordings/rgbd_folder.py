@@ -5,57 +5,69 @@ from pathlib import Path
 
 import numpy as np
 
+from hrcjax.io.recordings.camera_files import DepthCamera, depth_camera
 from hrcjax.io.recordings.files import files_with, text_lines
 from hrcjax.io.recordings.frame import InputFrame, Intrinsics
-from hrcjax.io.recordings.images import COLOR_SUFFIXES, DEPTH_SUFFIXES, read_color, read_depth
+from hrcjax.io.recordings.images import DEPTH_SUFFIXES, read_depth
+from hrcjax.io.recordings.lens import without_distortion
 from hrcjax.io.recordings.pose import Pose, Trajectory, pose_of
-from hrcjax.io.recordings.pose_files import read_poses
+from hrcjax.io.recordings.pose_files import read_pose_folder, read_poses
 from hrcjax.io.recordings.source import InputSource, Skip
+from hrcjax.io.recordings.stamps import UNITS, stamp_unit
 from hrcjax.lab.errors import UsageError
 
-NUMBERED_INTRINSICS = Intrinsics(518.0, 519.0, 325.5, 253.5, 640, 480)
-NUMBERED_PER_METRE = 1000.0
-TUM_INTRINSICS = Intrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
-TUM_PER_METRE = 5000.0
+NUMBERED_CAMERA = (Intrinsics(518.0, 519.0, 325.5, 253.5, 640, 480), 1000.0)
+TUM_CAMERA = (Intrinsics(525.0, 525.0, 319.5, 239.5, 640, 480), 5000.0)
+RATE = 30.0  # [Hz]
 TUM_TOLERANCE = 0.02  # [s], as in the benchmark's own association of files
 
 
 def open_numbered_folder(
-    folder: Path, intrinsics: Intrinsics | None = None, per_metre: float | None = None, rate: float = 30.0
+    folder: Path, intrinsics: Intrinsics | None = None, per_metre: float | None = None, rate: float | None = None
 ) -> InputSource:
-    """A folder with depth/*.pgm or *.png (16 bits), pose.txt and optionally color/ with images of the same names.
+    """A folder with depth/*.pgm or *.png (16 bits) and pose.txt, or a folder pose/ with a matrix for each image.
 
-    The images are taken in natural order (2 before 10); line i of pose.txt, `tx ty tz qx qy qz qw` (camera to world),
-    belongs to image i. There are no stamps: frame i is at i / `rate`.
+    The images are taken in natural order (2 before 10); line i of pose.txt belongs to image i. A line without a pose (zeros,
+    infinities) passes its image over. There are no stamps: frame i is at i / `rate`. Colour is not read.
 
     Args:
         folder: the folder.
-        intrinsics: of the depth camera; without it fx 518, fy 519, cx 325.5, cy 253.5 of 640x480 pixels.
-        per_metre: the images' number for one metre; 1000 without it.
-        rate: frames a second [Hz].
+        intrinsics: of the depth camera; without it those of a file beside the images (`camera_files`); without that
+            fx 518, fy 519, cx 325.5, cy 253.5 of 640x480 pixels, which is said.
+        per_metre: the images' number for one metre; without it that of the camera's file, or 1000, which is said.
+        rate: frames a second [Hz]; without it 30, and no speed follows from the stamps.
 
     Raises:
-        UsageError: no images, another count of poses, a broken line of pose.txt.
+        UsageError: no images, another count of poses, a broken line of pose.txt, a camera's file of another image size.
     """
     folder = Path(folder)
-    intrinsics = intrinsics or NUMBERED_INTRINSICS
-    scale = _positive("the scale of depth", NUMBERED_PER_METRE if per_metre is None else per_metre)
-    rate = _positive("the rate of frames", rate)
+    scale = None if per_metre is None else _positive("the scale of depth", per_metre)
+    timed, rate = rate is not None, RATE if rate is None else _positive("the rate of frames", rate)
     images = files_with(folder / "depth", DEPTH_SUFFIXES) if (folder / "depth").is_dir() else []
     if not images:
         raise UsageError(f"{folder} holds no depth images: accepted are depth/*.pgm or depth/*.png with pose.txt")
-    poses = read_poses(folder / "pose.txt", stamped=False)
+    in_files = not (folder / "pose.txt").exists() and (folder / "pose").is_dir()
+    name = "pose/" if in_files else "pose.txt"
+    poses, faults = read_pose_folder(folder / "pose") if in_files else read_poses(folder / name, stamped=False)
     if len(poses) != len(images):
         raise UsageError(
-            f"{folder} holds {len(images)} depth images and pose.txt {len(poses)} poses: accepted is one pose an image"
+            f"{folder} holds {len(images)} depth images and {name} {len(poses)} poses: accepted is one pose an image"
         )
-    colors = {p.stem: p for p in files_with(folder / "color", COLOR_SUFFIXES)} if (folder / "color").is_dir() else {}
+    camera = depth_camera(folder, images[0], intrinsics, scale, NUMBERED_CAMERA)
 
-    def read(_: Skip) -> Iterator[InputFrame]:
+    def read(skip: Skip) -> Iterator[InputFrame]:
         for index, (path, numbers) in enumerate(zip(images, poses, strict=True)):
-            yield _frame(index / rate, path, colors.get(path.stem), pose_of(numbers), scale, intrinsics)
+            if index in faults:
+                where, fault = faults[index]
+                skip(f"{path.name}, {name} {where}: no pose ({fault})")
+                continue
+            yield _frame(index / rate, path, pose_of(numbers), camera, timed)
 
-    return InputSource(folder, "folder of numbered depth images", len(images), read)
+    notes = (
+        camera.note,
+        *([] if timed else ["no stamps: speeds are not checked (--rate says how fast the frames are)"]),
+    )
+    return InputSource(folder, "folder of numbered depth images", len(images), read, notes=notes)
 
 
 def open_tum_folder(
@@ -64,30 +76,34 @@ def open_tum_folder(
     per_metre: float | None = None,
     tolerance: float | None = None,
 ) -> InputSource:
-    """A folder with depth.txt (`stamp filename`), groundtruth.txt (`stamp tx ty tz qx qy qz qw`), optionally rgb.txt.
+    """A folder with depth.txt (`stamp filename`) and groundtruth.txt (`stamp tx ty tz qx qy qz qw`).
 
     The pose of an image is interpolated between its two neighbours of groundtruth.txt (before the first and after the
-    last, these are held) if the nearer one is within `tolerance`; an image without a pose is skipped and named. The
-    color is that of the nearest stamp within `tolerance`.
+    last, these are held) if the nearer one is within `tolerance`; an image without a pose is skipped and named, a line
+    without a pose (zeros, infinities) passed over. Stamps of each file are in seconds, or in milliseconds, microseconds or
+    nanoseconds, which their size tells. Colour is not read.
 
     Args:
         folder: the folder.
-        intrinsics: of the depth camera; without it fx = fy = 525, cx 319.5, cy 239.5 of 640x480 pixels.
-        per_metre: the images' number for one metre; 5000 without it.
+        intrinsics: of the depth camera; without it those of a file beside the images (`camera_files`); without that
+            fx = fy = 525, cx 319.5, cy 239.5 of 640x480 pixels, which is said.
+        per_metre: the images' number for one metre; without it that of the camera's file, or 5000, which is said.
         tolerance: between the stamps of images and poses [s]; 0.02 without it, as in the benchmark's own tool.
 
     Raises:
-        UsageError: a missing or broken list, an image that is listed and not there, no image with a pose.
+        UsageError: a missing or broken list, an image that is listed and not there, no image with a pose, a camera's file
+            of another image size.
     """
     folder = Path(folder)
-    intrinsics = intrinsics or TUM_INTRINSICS
-    scale = _positive("the scale of depth", TUM_PER_METRE if per_metre is None else per_metre)
+    scale = None if per_metre is None else _positive("the scale of depth", per_metre)
     near = _positive("the tolerance of stamps", TUM_TOLERANCE if tolerance is None else tolerance)
     images = _listed_images(folder / "depth.txt")
-    rows = read_poses(folder / "groundtruth.txt", stamped=True)
+    rows, faults = read_poses(folder / "groundtruth.txt", stamped=True)
+    rows = np.delete(rows, list(faults), axis=0)
+    units = [stamp_unit(np.array([stamp for stamp, _ in images])), stamp_unit(rows[:, 0])]
+    images = [(stamp / UNITS[units[0]], path) for stamp, path in images]
+    rows[:, 0] /= UNITS[units[1]]
     trajectory = Trajectory(rows)
-    colors = _listed_images(folder / "rgb.txt") if (folder / "rgb.txt").is_file() else []
-    color_stamps = np.array([stamp for stamp, _ in colors])
     placed = [(stamp, path, trajectory.at(stamp, near)) for stamp, path in images]
     found = sum(pose is not None for _, _, pose in placed)
     if found == 0:
@@ -96,25 +112,32 @@ def open_tum_folder(
             f"{images[0][0]:.3f} to {images[-1][0]:.3f} s, poses from {trajectory.stamps[0]:.3f} to "
             f"{trajectory.stamps[-1]:.3f} s): accepted are depth.txt and groundtruth.txt of one clock"
         )
+    camera = depth_camera(folder, images[0][1], intrinsics, scale, TUM_CAMERA)
 
     def read(skip: Skip) -> Iterator[InputFrame]:
+        for where, fault in faults.values():
+            skip(f"groundtruth.txt {where}: no pose ({fault})")
         for stamp, path, pose in placed:
             if pose is None:
                 skip(f"{path.name} at {stamp:.6f} s: no pose of groundtruth.txt within {near:g} s")
                 continue
-            color = int(np.abs(color_stamps - stamp).argmin()) if colors else -1
-            close = color >= 0 and abs(colors[color][0] - stamp) <= near
-            yield _frame(stamp, path, colors[color][1] if close else None, pose, scale, intrinsics)
+            yield _frame(stamp, path, pose, camera)
 
-    return InputSource(folder, "TUM RGB-D folder", found, read)
+    odd = [
+        f"{name} in {unit}"
+        for name, unit in zip(("depth.txt", "groundtruth.txt"), units, strict=True)
+        if unit != "seconds"
+    ]
+    notes = (camera.note, *([f"stamps, by their size: {', '.join(odd)}"] if odd else []))
+    return InputSource(folder, "TUM RGB-D folder", found, read, notes=notes)
 
 
-def _frame(
-    stamp: float, path: Path, color: Path | None, pose: Pose, per_metre: float, intrinsics: Intrinsics
-) -> InputFrame:
-    depth = read_depth(path, per_metre, intrinsics)
-    pixels = None if color is None else read_color(color, intrinsics.height, intrinsics.width)
-    return InputFrame(stamp, "", depth, None, intrinsics, pose.rotation, pose.position, pixels)
+def _frame(stamp: float, path: Path, pose: Pose, camera: DepthCamera, timed: bool = True) -> InputFrame:
+    intrinsics = camera.intrinsics
+    depth = read_depth(path, camera.per_metre, intrinsics)
+    if camera.lens is not None:
+        depth = without_distortion(depth, camera.lens, intrinsics, intrinsics)
+    return InputFrame(stamp, "", depth, None, intrinsics, pose.rotation, pose.position, timed)
 
 
 def _listed_images(path: Path) -> list[tuple[float, Path]]:

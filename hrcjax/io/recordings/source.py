@@ -18,6 +18,7 @@ class InputSource:
         kind: what it is, in words.
         length: number of frames, an upper bound if some turn out to be unusable; None if not known without reading all.
         skipped: one line for each frame (or group of poses) that could not be used, as far as the iteration got.
+        notes: one line for each thing that was read from a file beside the frames, inferred, or assumed.
     """
 
     path: Path
@@ -25,6 +26,7 @@ class InputSource:
     length: int | None
     read: Callable[[Skip], Iterator[InputFrame]]
     skipped: list[str] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[InputFrame]:
         """The frames.

@@ -1,0 +1,1 @@
+"""Recorded people: files of motion capture, their units, axes and names."""
