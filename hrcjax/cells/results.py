@@ -57,7 +57,8 @@ def evaluate(named: NamedCell, params: Params, world: World) -> dict[str, Any]:
         kept = outcome(setting, cell, world, run)
         metrics = {name: getattr(kept.metrics, name) for name in METRICS}
         metrics["clearance"] = jnp.where(jnp.any(world.scene.mask), metrics["clearance"], jnp.nan)
-        metrics["separation"] = jnp.where(jnp.any(world.person.radius >= 0), metrics["separation"], jnp.nan)
+        somebody = jnp.any(world.person.present) & jnp.any(world.person.radius >= 0)
+        metrics["separation"] = jnp.where(somebody, metrics["separation"], jnp.nan)
         own = {name: measure(setting, cell, world, run) for name, (_, measure) in named.metrics.items()}
         traces = {name: getattr(kept.traces, name) for name in TRACES}
         touched = kept.metrics.clearance < 0

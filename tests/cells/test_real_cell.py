@@ -5,6 +5,7 @@ import shlex
 from dataclasses import replace
 from pathlib import Path
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,6 +22,7 @@ from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Params
 from hrcjax.sweeps.settings import make_settings
 from hrcjax.sweeps.store import open_run
+from hrcjax.sweeps.sweepable import NOT_FINITE
 
 
 def test_examples_of_the_help_are_accepted() -> None:
@@ -46,26 +48,74 @@ def test_examples_of_the_help_are_accepted() -> None:
         assert "".join(metric) in cell.metrics
 
 
-@pytest.mark.slow
-def test_status_says_what_happened() -> None:
-    """Near the columns a link touches one; slowly the goal is not reached in time; wide and fast all goes well."""
+@pytest.fixture(scope="module")
+def cell_and_world():
+    """An episode long enough to arrive in, nobody there."""
     with jax.enable_x64(False):
         cell = replace(make_cell(), ticks=450)
-        world = build_world(cell, "robotica", "nobody", 0)
-        axes = {"plan.potential.zeta": [1.5, 5.0, 5.0], "motion.speed": [0.4, 0.2, 0.4]}
-        params = set_leaves(Params(), {name: jnp.asarray(values) for name, values in axes.items()})
+        return cell, build_world(cell, "robotica", "nobody", 0)
+
+
+@pytest.fixture(scope="module")
+def results(cell_and_world):
+    """(world) -> results of four settings: too near the columns, too slow, good, and one that is not a number."""
+    cell, _ = cell_and_world
+    axes = {
+        "plan.potential.zeta": [1.5, 5.0, 5.0, 5.0],
+        "motion.speed": [0.4, 0.2, 0.4, 0.4],
+        "policy.target.kp": [2.0, 2.0, 2.0, np.nan],
+    }
+    with jax.enable_x64(False):
+        params = set_leaves(Params(), {name: jnp.asarray(values, jnp.float32) for name, values in axes.items()})
         program = jax.jit(
             lambda params, world: evaluate(NamedCell(cell), params, world), compiler_options=unrolled_options()
         )
-        out = {name: np.asarray(value) for name, value in program(params, world).items()}
-    assert [STATUSES[code] for code in out["status"]] == [
-        "the arm touched an obstacle", "goal not reached in time", "ok",
+
+    def run(world):
+        with jax.enable_x64(False):
+            return {name: np.asarray(value) for name, value in program(params, world).items()}
+
+    return run
+
+
+@pytest.mark.slow
+def test_status_says_what_happened(cell_and_world, results) -> None:
+    """Near the columns a link touches one; slowly the goal is not reached in time; wide and fast all goes well."""
+    _, world = cell_and_world
+    out = results(world)
+    assert [STATUSES.get(int(code)) for code in out["status"]] == [
+        "the arm touched an obstacle", "goal not reached in time", "ok", None,
     ]  # fmt: skip
+    assert out["status"][3] == NOT_FINITE and np.isfinite(out["tool"]).all()
     assert out["clearance"][0] < 0 < out["clearance"][1:].min()
-    assert out["success"].tolist() == [1, 0, 1]
+    assert out["success"].tolist() == [1, 0, 1, 0]
     assert (np.diff(out["plan_length"][:2]) > 0.05).all()  # a wider berth is a longer way
     np.testing.assert_allclose(out["tool"][2, -1], np.asarray(world.scene.goal), atol=0.02)
     assert (out["zone"] == 0).all()  # nobody there: green
+    assert np.isnan(out["separation"]).all()
+    assert (out["path_status"][1:3] == 7).all()
+    np.testing.assert_allclose(out["clearance_t"].min(axis=1), out["clearance"], rtol=1e-6)
+    np.testing.assert_allclose(out["speed"][2].max(), 0.4, atol=0.02)
+
+
+@pytest.mark.slow
+def test_status_of_a_touch(cell_and_world, results) -> None:
+    """A person whom no camera saw, about the arm all the time: touched wherever it moves, and worse than an obstacle."""
+    _, world = cell_and_world
+    everywhere = jnp.full_like(world.person.radius, 4.0), jnp.ones_like(world.person.present)
+    out = results(eqx.tree_at(lambda w: (w.person.radius, w.person.present), world, everywhere))
+    assert out["status"].tolist() == [3, 3, 3, NOT_FINITE]
+    assert STATUSES[3] == "the arm touched the person while it moved"
+    assert (out["separation"] < 0).all() and (out["separation_t"] < 0).all()
+    assert out["success"].tolist() == [1, 0, 1, 0]
+
+
+@pytest.mark.slow
+def test_a_cell_without_obstacles_has_no_clearance(cell_and_world, results) -> None:
+    _, world = cell_and_world
+    out = results(eqx.tree_at(lambda w: w.scene.mask, world, jnp.zeros_like(world.scene.mask)))
+    assert np.isnan(out["clearance"]).all()
+    assert out["status"].tolist()[1:] == [1, 0, NOT_FINITE]
 
 
 def test_recordings_are_described(shared_data: Path) -> None:
