@@ -2,7 +2,7 @@
 
 A lone query is some thirty small operations. Where XLA has several threads it spreads each of them, and waking the
 others costs more than they save; so a control loop asks its map best in a process of one thread. Both sides of the ratio
-are measured there. `python -m experiments.benchmarks.map_queries FILE X Y Z` prints the rows for the map in a file as
+are measured there. `python -m experiments.benchmark.map_queries FILE X Y Z` prints the rows for the map in a file as
 JSON, asked within an arm's reach of a place.
 """
 
@@ -57,7 +57,7 @@ def measure_queries(layout: MapLayout, params: MapParams, state: FieldMap, middl
         at = places[random.integers(0, len(places), count)]
         return jnp.asarray(at + random.uniform(-0.2, 0.2, at.shape), jnp.float32)
 
-    read = jax.jit(lambda levels, x: map_distances_and_gradients(layout, levels, params.ratio, x))
+    read = jax.jit(lambda levels, x: map_distances_and_gradients(layout, levels, params.ratio, x, corrected=False))
     few = _times(read, state.levels, near(within_reach, CONTROL_POINTS), repeat=2000)
     reach = float(np.min(_times(read, state.levels, near(within_reach, QUERIES), repeat=3)))
     room = float(np.min(_times(read, state.levels, near(points, QUERIES), repeat=2)))

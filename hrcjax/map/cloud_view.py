@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.map.view import TILE, View
+from hrcjax.numerics import require_floating
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Matrix3, Scalar, Vector3
 
@@ -74,6 +75,7 @@ def view_from_cloud(
         noise: standard deviation of a point along its ray over the square of its distance [1/m].
         gap: the points of one surface are nearer to each other than this [m].
     """
+    require_floating("view_from_cloud", cloud=cloud)
     rows, columns = camera.height // TILE, camera.width // TILE
     x, y, z = (cloud[:, a] for a in range(3))
     there = mask & (z > 0)

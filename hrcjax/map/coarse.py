@@ -31,7 +31,7 @@ def typical_weight(layout: MapLayout, level: int, params: MapParams) -> Float[Ar
     )
 
 
-def follow(
+def update_coarse(
     layout: MapLayout,
     level: int,
     coarse: Level,

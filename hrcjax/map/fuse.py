@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of
-from hrcjax.map.coarse import Changed, follow, typical_weight
+from hrcjax.map.coarse import Changed, typical_weight, update_coarse
 from hrcjax.map.entries import make_entries, near_any
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
@@ -157,7 +157,7 @@ def fuse(
     levels, extents, waiting = [base], [], [stale]
     below = Changed(place, rows_seen, jnp.zeros((layout.seen, VOXELS), dtype), changed)
     for k in range(1, layout.levels):
-        level, extent, stale, more, below = follow(
+        level, extent, stale, more, below = update_coarse(
             layout, k, state.levels[k], state.extent[k - 1], state.stale[k], below, params
         )
         lost = lost + more

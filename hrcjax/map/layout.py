@@ -15,7 +15,7 @@ VOXELS = EDGE**3
 """Voxels of a block."""
 OCCUPIED = 16
 """Voxels of a block that hold a point, of all blocks that one frame sees, at most."""
-COARSE = 0.5
+COARSE_RATIO = 0.5
 """Length scale of coarse levels over their spacing [1]."""
 REACH = 4
 """Blocks on every side of a query's block among which its local process is looked for."""
@@ -65,8 +65,8 @@ class MapLayout:
 
     def scale_of(self, level: int, ratio: ArrayLike) -> ArrayLike:
         """Length scale of a level [m]: `ratio` spacings of level 0; of the coarser ones, which are read from afar, where
-        dimples have smoothed out, COARSE spacings."""
-        return ratio * self.spacing if level == 0 else COARSE * self.spacing_of(level)
+        dimples have smoothed out, COARSE_RATIO spacings."""
+        return ratio * self.spacing if level == 0 else COARSE_RATIO * self.spacing_of(level)
 
     def edge_of(self, level: int) -> float:
         """Edge of a block [m]."""

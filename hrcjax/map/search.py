@@ -55,7 +55,8 @@ def nearest_blocks(
 
 
 def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio: Scalar, count: int) -> GPField:
-    """The Gaussian process about x: the points of the nearest blocks. Which they are is a constant to derivatives.
+    """The Gaussian process near x: the points of the nearest blocks; which they are is a constant to derivatives. Its
+    distance is not corrected for curvature.
 
     Args:
         ratio: length scale over spacing [1].

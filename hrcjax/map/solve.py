@@ -38,7 +38,8 @@ def exact_field(
 def exact_distance_and_gradient(
     layout: MapLayout, levels: tuple[Level, ...], x: Vector3, ratio: Scalar, noise: Scalar = 0.01, count: int = POINTS
 ) -> tuple[Float[Array, ""], Vector3]:
-    """Distance [m] and gradient [1] at x by exact weights, without coarse levels; FAR and 0 without points about x.
+    """Distance [m] and gradient [1] at x by exact weights, without coarse levels, not corrected for curvature; FAR and 0
+    without points near x.
 
     As a function of x it leaps a little where the set of nearest points changes: it is what lumped weights are measured
     against, not what a policy reads. Its meaning ends where level 0 does (0.3 m at the default spacing).

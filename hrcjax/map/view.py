@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.numerics import require_floating
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Scalar
 
@@ -67,6 +68,7 @@ def make_view(
     Raises:
         ValueError: an image smaller than a tile.
     """
+    require_floating("make_view", depth=depth)
     if min(depth.shape) < tile:
         raise ValueError(f"image of {depth.shape} pixels (rows, columns): accepted are {tile} x {tile} and more")
     h, w = depth.shape[0] // tile, depth.shape[1] // tile

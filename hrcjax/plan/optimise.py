@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.geom.length import length
+from hrcjax.numerics import require_floating
 from hrcjax.plan.band import band_solve
 from hrcjax.plan.curve import equally_spaced
 from hrcjax.plan.half_spaces import HalfSpaces, attainable_gap, half_spaces, push_back
@@ -193,6 +194,7 @@ def optimise_path(
     Raises:
         ValueError: fewer than 4 waypoints, or negative iterations.
     """
+    require_floating("optimise_path", waypoints=waypoints)
     if waypoints.shape[0] < 4 or iterations < 0:
         raise ValueError(
             f"{waypoints.shape[0]} waypoints, {iterations} iterations; accepted are at least 4 waypoints, 0 iterations"
