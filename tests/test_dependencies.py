@@ -71,6 +71,7 @@ def test_imported_is_declared() -> None:
     assert top - known - optional == set()
     assert (top & optional) - known <= {"rosbags"}, "an extra that the programs import themselves"
     local = {file.stem for file in (ROOT / "tests").rglob("*.py")}
+    known |= {"IPython"}  # comes with ipykernel
     assert {name.split(".")[0] for name in TESTS} - known - optional - local == set()
 
 

@@ -1,0 +1,1 @@
+"""Speed of the parts: against named peers, as tables, JSON and a page."""
