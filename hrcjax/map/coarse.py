@@ -79,11 +79,11 @@ def update_coarse(
     coarse = Level(coarse.slot, coarse.index, coarse.place, all_rows)
     own_rows = all_rows.at[touched].get(mode="fill", fill_value=0)
     real = touched < capacity
-    # as on level 0: what has moved is fitted anew; where points came or went, what is about it too
+    # as on level 0: what has moved is fitted anew; where points came or went, its neighbours too
     other = jnp.zeros((capacity,), bool).at[jnp.where(some == (old[:, 3] > 0), capacity, slot)].set(True, mode="drop")
     other = other.at[touched].get(mode="fill", fill_value=False)
-    about = jnp.where(other[:, None], slots_around(coarse, own), capacity)
+    around = jnp.where(other[:, None], slots_around(coarse, own), capacity)
     coarse = store(layout, level, coarse, touched, own_rows)
-    stale = stale.at[about].set(True, mode="drop").at[touched].set(True, mode="drop") & (coarse.place[:, 0] > 0)
+    stale = stale.at[around].set(True, mode="drop").at[touched].set(True, mode="drop") & (coarse.place[:, 0] > 0)
     own_extent = extent.at[touched].get(mode="fill", fill_value=0)
     return coarse, extent, stale, lost, Changed(own, own_rows, own_extent, real)

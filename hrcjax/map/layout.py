@@ -36,11 +36,11 @@ class MapLayout:
     levels: int = 3
     """Level 0 and the coarser ones, each with four times the spacing of the one before."""
     seen: int = 2048
-    """Blocks that one frame can see; a frame that sees more leaves the others as they are, and says so."""
+    """Blocks that one frame can update; the others are served round robin by later frames and counted in the report."""
     born: int = 1024
     """Blocks that one frame can add."""
     refitted: int = 384
-    """Blocks fitted anew with one frame; further ones wait for the next frame. 0: weights stay those of a flat sample, for
+    """Blocks whose weights are refitted with one frame; further ones wait for later frames. 0: weights stay those of a flat sample, for
     maps of which the points alone are read."""
 
     def __post_init__(self) -> None:

@@ -42,7 +42,7 @@ def pullback(
         M: symmetric metric of the task; only used, not checked.
         a: desired acceleration of the task.
 
-    Source: reference page 2, "Combination".
+    Source: the HRI paper's system, see docs/references.md.
     """
     return pullback_points(J[None], Jd_qd[None], M[None], a[None])
 
