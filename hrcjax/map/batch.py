@@ -1,4 +1,4 @@
-"""Many queries of a map at once. What a lone query spends most of its time on, looking for the blocks about it, is done
+"""Many queries of a map at once. The search for the blocks near it, most of the time of a lone query, is done
 once for a group of neighbours, and levels that no query of a group needs are not read.
 
 `map_distance_and_gradient` is the definition; this is the same to rounding.
@@ -26,7 +26,7 @@ SPAN = 4
 """Places along each edge of a group, at most; a wider one is read query by query."""
 _LEAST_EXPONENT = -60.0  # numbers below the least normal one are slow
 TAIL = 14.0
-"""Blocks are left out if they add less than exp(-TAIL / 2) to the occupancy, relatively; else queries are read one by
+"""Blocks may stay unread if they add less than exp(-TAIL / 2) to the occupancy, relatively; else queries are read one by
 one [1]."""
 
 Readings = tuple[Float[Array, "query"], Float[Array, "query 3"]]
@@ -60,14 +60,14 @@ def group_readings(
 ) -> tuple[Readings, Float[Array, ""]]:
     """Distances [m] and gradients [1] of neighbouring queries by one set of points.
 
-    Squares of distances are a matrix product, about the middle of the queries so that no digits are lost.
+    Squared distances are a matrix product, relative to the middle of the queries so that no digits are lost.
 
     Args:
         middle: a place among points and queries, a constant to derivatives [m].
         corrected: for curvature.
 
     Returns:
-        the readings, and the square of a radius about any query within which points are known to be [m^2].
+        the readings, and the square of a radius within which every query has a point [m^2].
     """
     scale = jnp.asarray(length_scale, x.dtype)
     precision = 0.5 / scale**2

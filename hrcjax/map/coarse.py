@@ -19,7 +19,7 @@ class Changed(NamedTuple):
     rows: Float[Array, "block 4 voxel"]
     """Points and weights."""
     extent: Float[Array, "block voxel"]
-    """How far what the points stand for is from them, at most [m]."""
+    """Greatest distance of the fine points that a point stands for from it [m]."""
     which: Bool[Array, "block"]
     """Which of the blocks count."""
 
@@ -43,11 +43,11 @@ def update_coarse(
     """A level after blocks of the one below have changed: their mean points are its own.
 
     Args:
-        extent: how far what its points stand for is from them [m].
+        extent: greatest distance of the fine points that a point stands for from it [m].
         changed: blocks of the level below.
 
     Returns:
-        the level, the extents, what is stale in it, how many blocks went without a place, and its own blocks that have
+        the level, the extents, its stale blocks, how many blocks could not be stored, and its own blocks that have
         changed.
     """
     place, rows, known_extent, which = changed

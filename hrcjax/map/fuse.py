@@ -1,4 +1,4 @@
-"""One frame into a map: what is seen is fused, what is seen through goes, what is hidden stays."""
+"""One frame into a map: observed points are fused, points in free space removed, occluded ones kept."""
 
 from typing import NamedTuple
 
@@ -34,7 +34,7 @@ from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float, Int
 
 DEEP = 0.01
-"""Points this far within the robot's surface go: no other thing can be there [m]."""
+"""Points this far within the robot's surface are removed: nothing else can be there [m]."""
 
 
 class Verdict(NamedTuple):
@@ -64,8 +64,8 @@ def fuse(
 ) -> tuple[FieldMap, FrameReport]:
     """The map after one frame.
 
-    A point of the map that the frame sees again moves to the mean of both, weighed by their variances. One that the
-    image sees through, with no point of the frame near it, is dynamic, and is removed after `patience` such frames in
+    A point of the map that the frame sees again moves to the mean of both, weighed by their variances. One in the
+    free space of the image, with no point of the frame near it, is dynamic, and is removed after `patience` such frames in
     which it was not met in between. What is hidden or out of sight stays. What appears farther than `new_distance` from
     all points of the map is new.
 

@@ -1,6 +1,6 @@
-"""Where a map lies and how much it can hold: everything static, so that a growing map compiles nothing anew.
+"""Where a map lies and how much it can hold: everything static, so that a growing map never recompiles.
 
-Level 0 keeps one point a voxel. 4 x 4 x 4 voxels are a block; the points of a block and of those about it are a local
+Level 0 keeps one point a voxel. 4 x 4 x 4 voxels are a block; the points of a block and of its neighbours are a local
 Gaussian process. The mean points of blocks are the voxels of level 1, and so on: far away from everything a coarse
 level answers.
 """
@@ -56,7 +56,7 @@ class MapLayout:
 
     @property
     def entries(self) -> int:
-        """Points that one frame can be about: a surface has some 14 in a block."""
+        """Points that one frame can update: a surface has some 14 in a block."""
         return self.seen * OCCUPIED
 
     def spacing_of(self, level: int) -> float:

@@ -105,7 +105,7 @@ def level_share(layout: MapLayout, level: int, d: Float[Array, "*n"]) -> tuple[F
 
 
 def slots_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Int[Array, "block"]:
-    """Slots of a level's blocks about x: the nearest ones, of the coarsest level all; the capacity: none."""
+    """Slots of a level's blocks near x: the nearest ones, of the coarsest level all; the capacity: none."""
     if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
         return jnp.arange(blocks.place.shape[0], dtype=jnp.int32)
     x = jax.lax.stop_gradient(x)
@@ -113,7 +113,7 @@ def slots_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Int[
 
 
 def rows_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
-    """The points that a level has about x; see `slots_near`."""
+    """The points that a level has near x; see `slots_near`."""
     if level == layout.levels - 1:
         return blocks.rows
     return block_rows(blocks, slots_near(layout, level, blocks, x))

@@ -1,4 +1,4 @@
-"""What one frame says about the voxels it concerns: its own points there, what the map holds, and where it sees through."""
+"""What one frame says about the voxels it concerns: its own points there, what the map holds, and its free space."""
 
 from typing import Any, NamedTuple
 
@@ -16,8 +16,8 @@ from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 CANDIDATES = 1024
-"""Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new, and what is seen
-through waits for a later frame."""
+"""Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new, and points in
+free space are checked by a later frame."""
 
 Coordinates = tuple[Float[Array, "entry"], ...]
 """x, y and z of all entries [m]."""
@@ -83,7 +83,7 @@ class Sight(NamedTuple):
     look: Look
     """What lies along the ray to the point."""
     through: Bool[Array, "entry"]
-    """Points of the map that the image sees through."""
+    """Points of the map in the free space of the image."""
     dynamic: Bool[Array, "entry"]
     """Of these, those with no point of the frame near."""
     beside: Bool[Array, "entry"]
@@ -95,7 +95,7 @@ class Sight(NamedTuple):
 def working_blocks(
     layout: MapLayout, base: Level, in_view: Bool[Array, "slot"], slot: Int[Array, "tile"], frames: Int[Array, ""]
 ) -> Working:
-    """The blocks that the frame adds points to, then those that it may see through; of each kind round robin, so that
+    """The blocks that the frame adds points to, then those that may be in its free space; of each kind round robin, so that
     blocks that found no room have their turn in later frames.
 
     Args:
@@ -177,11 +177,11 @@ def look_at(
     seen: Observed,
     fused: Fused,
 ) -> Sight:
-    """What the frame's image says about the points: seen through with nothing near, beside a surface, or new."""
+    """Which points are in free space with no point of the frame near, or beside a surface, and which are new."""
     most = entries.slot.shape[0]
 
     def near(which: Bool[Array, "entry"], marks: Bool[Array, "entry"], x: Coordinates, distance: Scalar) -> Any:
-        """Which entries were asked about, of those in `which`, and whether a marked x lies near to their points."""
+        """Which entries of `which` were compared, and whether a marked x lies near their points."""
         asked = jnp.nonzero(which, size=CANDIDATES, fill_value=most)[0].astype(jnp.int32)
         return asked, near_any(base, work.table, entries, marks, x, asked, fused.points, distance)
 

@@ -1,4 +1,4 @@
-"""Exact weights of the points about a place, beside the lumped ones that the map keeps (`hrcjax.map.weigh`).
+"""Exact weights of the points near a place, beside the lumped ones that the map keeps (`hrcjax.map.weigh`).
 
 One Cholesky factor of some hundred points. The map's own length scale (0.7 spacings) has condition numbers near 10, so that
 single precision is far from its limit of 1e8; where a longer length scale or coinciding points reach it, the status says

@@ -19,17 +19,17 @@ class FieldMap(eqx.Module):
     levels: tuple[Level, ...]
     """Points and weights, finest first."""
     extent: tuple[Float[Array, "_ voxel"], ...]
-    """How far the points of level 0 that a point stands for are from it, at most; from level 1 on [m]."""
+    """Greatest distance of the points of level 0 that a coarse point stands for from it; from level 1 on [m]."""
     stale: tuple[Bool[Array, "_"], ...]
-    """Blocks of each level whose weights wait to be fitted."""
+    """Blocks of each level whose weights are out of date."""
     turn: Int[Array, "level"]
-    """The slot of each level at which fitting goes on."""
+    """The slot of each level at which refitting continues."""
     information: Float[Array, "slot voxel"]
     """Inverse variance of the points of level 0, as far as it is remembered [1/m^2]."""
     missed: Int[Array, "slot voxel"]
     """Frames since the last observation in whose free space the point was."""
     unmet: Int[Array, "slot voxel"]
-    """Frames in a row that did not meet a point in view, up to 127: another surface hides it, or nothing was measured."""
+    """Frames in a row that did not observe a point in view, up to 127: it was occluded, or nothing was measured there."""
     label: Int[Array, "slot voxel"]
     """NONE, NEW, STATIC or DYNAMIC."""
     drift: Float[Array, "slot"]

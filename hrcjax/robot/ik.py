@@ -55,7 +55,7 @@ def inverse_kinematics(
 
     Levenberg-Marquardt: the damping falls after a step that helped and grows after one that did not, which is then
     not taken. Of the many solutions the guess decides which; where none is found the nearest pose seen is returned
-    with its errors. Limits of the joints are not looked at.
+    with its errors. Joint limits are ignored.
 
     Args:
         R: axes of the tool in the world.
