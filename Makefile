@@ -11,7 +11,7 @@ help:
 	@echo "make sweep [ARGS='--quick']  the sweep over K_att, K_rep and zeta (results in runs/)"
 	@echo "make test                    lint, types, layering and all tests"
 	@echo "make env                     the environment alone, in $(VENV)"
-	@echo "make benchmark               all benchmark sections, written to docs/benchmarks.json"
+	@echo "make benchmark               all benchmark sections, written to docs/benchmarks.json and .md"
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed; set PYTHON=...")'
@@ -36,7 +36,7 @@ quick: env
 	$(BIN)/python -m experiments.sweep --quick $(ARGS)
 
 benchmark: env
-	$(BIN)/python -m experiments.benchmark all --json docs/benchmarks.json
+	$(BIN)/python -m experiments.benchmark all --json docs/benchmarks.json --page docs/benchmarks.md
 
 lint: dev
 	$(BIN)/ruff check .

@@ -98,7 +98,7 @@ def take(state, stream, stamp, depth):
 
 @jax.jit
 def field_on(state, x):
-    return map_distances_and_gradients(layout, state.levels, params.map.ratio, x, correct=True)
+    return map_distances_and_gradients(layout, state.levels, params.map.ratio, x, corrected=True)
 
 
 state, stream = empty_map(layout), initial_stream()

@@ -1,1 +1,1 @@
-"""Speed of every part, measured beside its peers: a module for each section."""
+"""Speed of the parts: against named peers, as tables, JSON and a page."""

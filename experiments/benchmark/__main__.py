@@ -1,5 +1,6 @@
 """`python -m experiments.benchmark SECTION`: speed of a part, or of all parts, as a table and as JSON.
 
+With --page the rows also become a page of Markdown; section `page` measures nothing and writes it from the rows of --json.
 A section is a module of this folder with a function `run() -> {row: {"value": number, "unit": text}}`.
 """
 
@@ -18,6 +19,8 @@ from hrcjax.lab.options import parse_options
 from hrcjax.lab.rows import Row, read_results, table
 from hrcjax.lab.writable import check_writable
 
+from .page import page
+
 SECTIONS = ("arm", "field", "grad", "sweep", "map")
 
 
@@ -28,7 +31,7 @@ def run_section(name: str) -> dict[str, Row]:
         UsageError: no such section, or its module is not there.
     """
     if name not in SECTIONS:
-        raise UsageError(f"no section {name!r}; accepted: {', '.join(SECTIONS)}, all")
+        raise UsageError(f"no section {name!r}; accepted: {', '.join(SECTIONS)}, all, page")
     module = f"{__package__}.{name}"
     try:
         section = importlib.import_module(module)
@@ -39,20 +42,31 @@ def run_section(name: str) -> dict[str, Row]:
     return dict(section.run())
 
 
-def benchmark(section: str, json_file: Path | None) -> int:
-    """Measures a section, or all, prints tables and merges the rows into a JSON file."""
-    names = SECTIONS if section == "all" else (section,)
+def benchmark(section: str, json_file: Path | None, page_file: Path | None) -> int:
+    """Measures a section, or all, prints tables, merges the rows into a JSON file and writes the page of all rows.
+
+    Raises:
+        UsageError: no such section; a file in no folder; nothing to write a page from.
+    """
+    for option, file in (("--json", json_file), ("--page", page_file)):
+        if file and not file.parent.is_dir():
+            raise UsageError(f"no folder {file.parent} for {option}")
+    if section == "page" and not (json_file and page_file):
+        raise UsageError("section page needs --json with the rows and --page to write")
     results = read_results(json_file) if json_file else {}
-    if json_file and not json_file.parent.is_dir():
-        raise UsageError(f"no folder {json_file.parent} for --json")
     if json_file:
         check_writable(json_file.parent, "--json")
+    if section == "page" and not results:
+        raise UsageError(f"{json_file} holds no rows to write a page from; measure first, with section all")
+    names = {"all": SECTIONS, "page": ()}.get(section, (section,))
     for name in names:
         rows = run_section(name)
         print(table(name, rows) + "\n", flush=True)
         results[name] = rows
         if json_file:  # after each section: what was measured is kept
             write_bytes(json_file, (json.dumps(results, indent=1) + "\n").encode())
+    if page_file:
+        write_bytes(page_file, page(results).encode())
     return 0
 
 
@@ -63,14 +77,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         def arguments(
             section: Annotated[str, tyro.conf.Positional],
             json: Path | None = None,
-        ) -> tuple[str, Path | None]:
+            page: Path | None = None,
+        ) -> tuple[str, Path | None, Path | None]:
             """Measure speed: as rates, and as ratios to peers measured in the same process.
 
             Args:
-                section: arm, field, grad, sweep, map or all.
+                section: arm, field, grad, sweep, map or all; page: none, only write --page from the rows of --json.
                 json: File to write {section: {row: {value, unit}}} to; sections that it has already stay.
+                page: File to write the rows to as a page of Markdown, each section with what it measures.
             """
-            return section, json
+            return section, json, page
 
         return benchmark(*parse_options(arguments, argv, "python -m experiments.benchmark"))
 

@@ -1,4 +1,9 @@
-"""Value and gradient of a batch of whole episodes against the value alone."""
+"""Value and gradient of a batch of whole episodes against the value alone, in float32 on all cores.
+
+Every numeric parameter of the default cell is differentiated, in reverse mode through all ticks. A quarter of the compile
+time is JAX's tracing, the rest XLA's; most of it is the control tick (joint servo, motion policy, kinematics), a third the
+path optimiser.
+"""
 
 import time
 from collections.abc import Callable

@@ -27,6 +27,8 @@ LEAST = 30
 """Places that must be seen before anything is said."""
 HARDLY, WELL = 0.5, 0.8
 """Shares of the places seen that are confirmed: below the first it is told, and another reading is named above the second."""
+FAR_BETTER = 3
+"""Another reading is also named if it confirms so many times as many places: those hidden say nothing."""
 BY_ALPHABET = (2, 1, 0, 3, 4, 5)
 """Columns of joints in the order of the alphabet (elbow, shoulder lift, shoulder pan, wrist ...) from the base to the flange."""
 
@@ -76,20 +78,26 @@ class BodyCheck:
         confirmed, against = self.found[reading]
         return confirmed / (confirmed + against) if confirmed + against >= LEAST else np.nan
 
+    def best(self) -> tuple[str, tuple[int, ...]] | None:
+        """The reading that confirms most places, if hardly any are contradicted; None: there is none."""
+        reading = max(self.found, key=lambda reading: self.found[reading][0])
+        return reading if self.share(reading) > WELL else None
+
     def line(self) -> str:
         """What is to be said; "": nothing."""
-        given = next(iter(self.readings))
+        given, best = next(iter(self.readings)), self.best()
         here = self.share(given)
-        if not here < HARDLY:
+        far_better = best is not None and self.found[best][0] > FAR_BETTER * self.found[given][0]
+        if not (here < HARDLY or far_better):
             return ""
         text = (
-            f"robot: of what is seen where --joints puts the arm only {100 * here:.0f} % is the arm, the rest lies behind it: the "
-            "base frame (--arm-base), the order of the joints (joint_names in the file) or their clock may be another"
+            f"robot: where --joints puts the arm {self.found[given][0]} places are seen to be the arm, and at {self.found[given][1]} "
+            "what lies behind is seen: the base frame (--arm-base), the order of the joints (joint_names in the file) or their "
+            "clock may be another"
         )
-        shares = {reading: self.share(reading) for reading in self.readings}
-        best = max(shares, key=lambda reading: np.nan_to_num(shares[reading]))
-        if shares[best] > WELL:
-            text += f"; {100 * shares[best]:.0f} % with {self.readings[best]}"
+        if best is not None and best != given:
+            confirmed, against = self.found[best]
+            text += f"; {confirmed} and {against} with {self.readings[best]}"
         return text
 
 

@@ -42,7 +42,7 @@ def make_slices(
     low, high = (np.quantile(box, q, axis=0) for q in (0.002, 0.998))
     low, high = np.minimum(low, at) - MARGIN, np.maximum(high, at) + MARGIN
     ratio, levels = numbers_of(params)["ratio"], state.levels
-    read = jax.jit(lambda levels, x: map_distances_and_gradients(layout, levels, ratio, x, correct=True))
+    read = jax.jit(lambda levels, x: map_distances_and_gradients(layout, levels, ratio, x, corrected=True))
     least = jax.jit(lambda state, x: jax.vmap(lambda p: distance_bound(layout, state, ratio, p))(x))
 
     def distances(places: np.ndarray) -> np.ndarray:

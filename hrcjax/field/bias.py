@@ -5,7 +5,7 @@ Derived for dense samples of a sphere and the squared-exponential kernel; measur
 
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_divide, safe_sqrt
+from hrcjax.numerics import require_floating, safe_divide, safe_sqrt
 from hrcjax.typing import Array, Float, Scalar
 
 
@@ -26,6 +26,7 @@ def convex_bias(d: Float[Array, ""], radius: Scalar, length_scale: Scalar) -> Fl
         radius: radius of the sphere R [m].
         length_scale: of the field, l [m].
     """
+    require_floating("convex_bias", d=d)
     R, scale = _number(radius, d), _number(length_scale, d)
     return safe_sqrt(d * d + 2.0 * scale**2 * jnp.log1p(d / R)) - d
 
@@ -42,6 +43,7 @@ def lower_bound(d_hat: Float[Array, ""], radius: Scalar, length_scale: Scalar) -
         radius: smallest radius of curvature R of the body [m].
         length_scale: of the field, l [m].
     """
+    require_floating("lower_bound", d_hat=d_hat)
     R, scale = _number(radius, d_hat), _number(length_scale, d_hat)
     d_hat = jnp.maximum(d_hat, 0.0)
     d = d_hat

@@ -10,11 +10,13 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 
 from hrcjax.field.kernel import SQUARED_EXPONENTIAL, Kernel
 from hrcjax.field.moments import LEAST_EXPONENT
 from hrcjax.field.params import FieldParams
 from hrcjax.geom.cloud import Cloud
+from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Vector3
 
 FAR = 10.0
@@ -53,9 +55,19 @@ def _gram(cloud: Cloud, length_scale: Array, kernel: Kernel) -> Float[Array, "po
 
 
 def _check(cloud: Cloud) -> None:
+    """Refuses what no field can be fitted to, as far as it is known: values are while nothing is traced."""
+    require_floating("fit", points=cloud.points)
     if cloud.points.ndim != 2 or cloud.points.shape[-1] != 3 or cloud.mask.shape != cloud.points.shape[:1]:
         raise ValueError(
             f"fit: points {cloud.points.shape}, mask {cloud.mask.shape}; accepted: one cloud, (point, 3) and (point,)"
+        )
+    if isinstance(cloud.points, Tracer) or isinstance(cloud.mask, Tracer):
+        return
+    bad = int(jnp.sum(cloud.mask & ~jnp.all(jnp.isfinite(cloud.points), axis=-1)))
+    if bad:
+        raise ValueError(
+            f"fit: {bad} of {int(jnp.sum(cloud.mask))} points under the mask are not finite; take them out with "
+            "`hrcjax.geom.cloud.drop_not_finite`, which counts them"
         )
 
 
@@ -71,8 +83,11 @@ def fit(
         solver: "lumped": alpha_i = 1 / (s2 + sum_j k_ij), no solve, always positive, within 1-2 mm of the exact one
             on regular sampling for length scales up to the spacing. "cholesky": the exact solution; see `fit_exact`.
 
+    Not finite if: a point under the mask is not and the cloud is traced, so that this can't be refused. Then every
+    distance of the field is NaN: a thing that nobody can locate may be anywhere, and must not read as free space.
+
     Raises:
-        ValueError: unknown solver; the cloud is not one cloud.
+        ValueError: unknown solver; the cloud is not one cloud, or of integers; a point under the mask is not finite.
     """
     if solver == "cholesky":
         return fit_exact(cloud, params, kernel)[0]
@@ -83,6 +98,8 @@ def fit(
     s2 = jnp.asarray(params.noise, cloud.points.dtype) ** 2
     total = s2 + jnp.sum(_gram(cloud, length_scale, kernel), axis=1)
     weights = jnp.where(cloud.mask, 1.0 / jnp.where(cloud.mask, total, 1.0), 0.0)
+    spoilt = jnp.any(cloud.mask & ~jnp.all(jnp.isfinite(cloud.points), axis=-1))
+    weights = jnp.where(spoilt, jnp.nan, weights)
     return GPField(cloud.points, weights, cloud.mask, length_scale, kernel, signed=False)
 
 
@@ -92,16 +109,15 @@ def fit_exact(
     """The field whose weights solve (K + s2 I) alpha = 1, and whether they do.
 
     Float32 fails from condition numbers near 1e8: length scales over about 3 spacings, points that coincide with little
-    noise. Then the second result is False and the field is the lumped one, never NaN.
+    noise. Then the second result is False and the field is the lumped one, NaN only for the reason that `fit` names.
 
     Returns:
         field: exact where the status is True.
         ok: the factor is finite and no equation is off by more than 0.01.
 
     Raises:
-        ValueError: the cloud is not one cloud.
+        ValueError: as `fit`.
     """
-    _check(cloud)
     lumped = fit(cloud, params, kernel)
     dtype = cloud.points.dtype
     diagonal = jnp.where(cloud.mask, jnp.asarray(params.noise, dtype) ** 2, 1.0)
@@ -140,10 +156,10 @@ def has_digits(total: Float[Array, ""], absolute: Float[Array, ""]) -> Bool[Arra
 
 
 def log_signed(total: Float[Array, ""], absolute: Float[Array, ""]) -> Float[Array, ""]:
-    """ln of a sum of signed terms, or of the sum of absolute terms if the first has cancelled; 0 if there are none."""
+    """ln of a sum of signed terms, or of the sum of absolute terms if the first has cancelled; 0 if there are none. NaN stays NaN."""
     chosen = jnp.where(has_digits(total, absolute), total, absolute)
-    some = chosen > 0
-    return jnp.where(some, jnp.log(jnp.where(some, chosen, 1.0)), 0.0)
+    none = chosen <= 0
+    return jnp.where(none, 0.0, jnp.log(jnp.where(none, 1.0, chosen)))
 
 
 def distance(field: GPField, x: Vector3) -> Float[Array, ""]:

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_divide, safe_norm
+from hrcjax.numerics import require_floating, safe_divide, safe_norm
 from hrcjax.typing import Array, Float, Int
 
 
@@ -19,6 +19,7 @@ def bending_energy(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, ""]:
     Raises:
         ValueError: fewer than 3 waypoints.
     """
+    require_floating("bending_energy", waypoints=waypoints)
     if waypoints.shape[0] < 3:
         raise ValueError(f"a path of {waypoints.shape[0]} waypoints does not bend; accepted are 3 or more")
     segments = jnp.diff(waypoints, axis=0)

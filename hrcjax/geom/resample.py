@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_divide, safe_norm
+from hrcjax.numerics import require_floating, safe_divide, safe_norm
 from hrcjax.typing import Array, Float
 
 
@@ -14,6 +14,7 @@ def resample_path(waypoints: Float[Array, "waypoint 3"], count: int) -> Float[Ar
     Raises:
         ValueError: fewer than 2 waypoints in or out.
     """
+    require_floating("resample_path", waypoints=waypoints)
     if waypoints.shape[0] < 2 or count < 2:
         raise ValueError(f"cannot resample {waypoints.shape[0]} waypoints to {count}; accepted are 2 or more")
     segments = jnp.diff(waypoints, axis=0)

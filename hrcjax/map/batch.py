@@ -1,7 +1,7 @@
-"""Many queries of a map at once. What a lone query spends most of its time on, looking for the blocks about it, is done
+"""Many queries of a map at once. The search for the blocks near it, most of the time of a lone query, is done
 once for a group of neighbours, and levels that no query of a group needs are not read.
 
-`map_distance_and_gradient` and `map_distance` are the definition; this is the same to rounding.
+`map_distance_and_gradient` is the definition; this is the same to rounding.
 """
 
 from collections.abc import Callable
@@ -13,8 +13,9 @@ from hrcjax.field import FAR
 from hrcjax.field.closed_form import read
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import Level, block_rows, padded_place
-from hrcjax.map.query import corrected, level_range, level_share, reading_about
+from hrcjax.map.query import curvature_corrected, level_range, level_share, read_level
 from hrcjax.map.search import nearest_blocks
+from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Float, Int, Scalar
 
 GROUP = 32
@@ -25,7 +26,7 @@ SPAN = 4
 """Places along each edge of a group, at most; a wider one is read query by query."""
 _LEAST_EXPONENT = -60.0  # numbers below the least normal one are slow
 TAIL = 14.0
-"""Blocks are left out if they add less than exp(-TAIL / 2) to the occupancy, relatively; else queries are read one by
+"""Blocks may stay unread if they add less than exp(-TAIL / 2) to the occupancy, relatively; else queries are read one by
 one [1]."""
 
 Readings = tuple[Float[Array, "query"], Float[Array, "query 3"]]
@@ -55,18 +56,18 @@ def group_readings(
     length_scale: Scalar,
     x: Float[Array, "query 3"],
     middle: Float[Array, "3"],
-    correct: bool,
+    corrected: bool,
 ) -> tuple[Readings, Float[Array, ""]]:
     """Distances [m] and gradients [1] of neighbouring queries by one set of points.
 
-    Squares of distances are a matrix product, about the middle of the queries so that no digits are lost.
+    Squared distances are a matrix product, relative to the middle of the queries so that no digits are lost.
 
     Args:
         middle: a place among points and queries, a constant to derivatives [m].
-        correct: for curvature.
+        corrected: for curvature.
 
     Returns:
-        the readings, and the square of a radius about any query within which points are known to be [m^2].
+        the readings, and the square of a radius within which every query has a point [m^2].
     """
     scale = jnp.asarray(length_scale, x.dtype)
     precision = 0.5 / scale**2
@@ -76,7 +77,7 @@ def group_readings(
     p = jnp.where(there, jnp.moveaxis(rows[:, :3], 1, 0).reshape(3, -1) - middle[:, None], 0.0)
     logarithm = jnp.where(there, jnp.log(jnp.maximum(weight, 1e-30)) - precision * jnp.sum(p * p, axis=0), -1e9)
     factors = jnp.concatenate([p, logarithm[None]])
-    second = jnp.stack([p[i] * p[j] for i in range(3) for j in range(i + 1)]) if correct else p[:0]
+    second = jnp.stack([p[i] * p[j] for i in range(3) for j in range(i + 1)]) if corrected else p[:0]
     moments = jnp.concatenate([p, jnp.ones_like(p[:1]), second])
 
     def sums(x: Float[Array, "query 3"]) -> tuple[Array, Array, Array, Array]:
@@ -95,12 +96,12 @@ def group_readings(
         def one(log_o: Array, offset: Array, mean: Array, second: Array) -> Array:
             entry = {(i, j): second[i * (i + 1) // 2 + j] - mean[i] * mean[j] for i in range(3) for j in range(i + 1)}
             spread = jnp.stack([jnp.stack([entry[max(i, j), min(i, j)] for j in range(3)]) for i in range(3)])
-            return corrected(log_o, offset, spread, some, scale)[0]
+            return curvature_corrected(log_o, offset, spread, some, scale)[0]
 
         d = jax.vmap(one)(log_o, offset, mean, second)
         return jnp.sum(d), (d, log_o)
 
-    if correct:
+    if corrected:
         g, (d, log_o) = jax.grad(distances, has_aux=True)(x)
     else:
         log_o, offset, _, _ = sums(x)
@@ -118,7 +119,7 @@ def middle_within(layout: MapLayout, x: Float[Array, "query 3"]) -> Float[Array,
 
 
 def _by_group(
-    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], correct: bool
+    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], corrected: bool
 ) -> Readings:
     """Readings of one level at the queries of a group."""
     scale = layout.scale_of(level, ratio)
@@ -129,23 +130,23 @@ def _by_group(
     if level == layout.levels - 1:
         return jax.lax.cond(
             within,
-            lambda: group_readings(blocks.rows, scale, x, middle, correct)[0],
-            lambda: _one_by_one(layout, level, blocks, ratio, x, correct),
+            lambda: group_readings(blocks.rows, scale, x, middle, corrected)[0],
+            lambda: _one_by_one(layout, level, blocks, ratio, x, corrected),
         )
-    slots, left_out = nearest_blocks(layout, level, blocks, low, high, GROUP_BLOCKS, SPAN)
-    readings, reach = group_readings(block_rows(blocks, slots), scale, x, middle, correct)
+    slots, unread = nearest_blocks(layout, level, blocks, low, high, GROUP_BLOCKS, SPAN)
+    readings, reach = group_readings(block_rows(blocks, slots), scale, x, middle, corrected)
     # what is farther than the level answers need not be known
     most = (level_range(layout, level)[1] + 4.0 * scale) ** 2
     needed = jnp.minimum(reach + TAIL * jnp.asarray(scale, x.dtype) ** 2, most)
-    whole = (left_out > needed) & within
-    return jax.lax.cond(whole, lambda: readings, lambda: _one_by_one(layout, level, blocks, ratio, x, correct))
+    whole = (unread > needed) & within
+    return jax.lax.cond(whole, lambda: readings, lambda: _one_by_one(layout, level, blocks, ratio, x, corrected))
 
 
 def _one_by_one(
-    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], correct: bool
+    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Float[Array, "query 3"], corrected: bool
 ) -> Readings:
     """Readings of one level, each query with blocks of its own."""
-    return jax.vmap(lambda x: reading_about(layout, level, blocks, ratio, x, correct))(x)
+    return jax.vmap(lambda x: read_level(layout, level, blocks, ratio, x, corrected))(x)
 
 
 def _through_levels(
@@ -171,7 +172,7 @@ def map_distances_and_gradients(
     levels: tuple[Level, ...],
     ratio: Scalar,
     x: Float[Array, "query 3"],
-    correct: bool = False,
+    corrected: bool = True,
 ) -> Readings:
     """Distances to the mapped surfaces [m] and their gradients [1] at any number of queries.
 
@@ -180,21 +181,27 @@ def map_distances_and_gradients(
 
     Args:
         ratio: length scale over spacing [1].
-        correct: False: of `map_distance_and_gradient`; True: of `map_distance`, with what curvature adds taken off.
+        corrected: take off what the curvature of convex surfaces adds to the kernel's inverse (`hrcjax.field.curvature`);
+            False: the plain inverse, which reads too far over convex surfaces, but whose gradient has the better
+            direction.
+
+    Raises:
+        ValueError: x is of integers.
     """
+    require_floating("map_distances_and_gradients", x=x)
     finite = jnp.all(jnp.isfinite(x), axis=1)
-    d, g = _readings(layout, levels, ratio, x, correct)
+    d, g = _readings(layout, levels, ratio, x, corrected)
     return jnp.where(finite, d, jnp.nan), jnp.where(finite[:, None], g, jnp.nan)
 
 
 def _readings(
-    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Float[Array, "query 3"], correct: bool
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Float[Array, "query 3"], corrected: bool
 ) -> Readings:
     """Distances [m] and gradients [1], in groups if there are enough queries for one."""
     count = x.shape[0]
     if count < GROUP:
         return _through_levels(
-            layout, 0, lambda k: _one_by_one(layout, k, levels[k], ratio, x, correct), count, x.dtype
+            layout, 0, lambda k: _one_by_one(layout, k, levels[k], ratio, x, corrected), count, x.dtype
         )
     # groups of neighbours
     order = jnp.argsort(morton_code(_cell_of(layout, x)))
@@ -202,7 +209,7 @@ def _readings(
     groups = x[order].reshape(-1, GROUP, 3)
     d, g = jax.lax.map(
         lambda x: _through_levels(
-            layout, 0, lambda k: _by_group(layout, k, levels[k], ratio, x, correct), GROUP, x.dtype
+            layout, 0, lambda k: _by_group(layout, k, levels[k], ratio, x, corrected), GROUP, x.dtype
         ),
         groups,
     )

@@ -1,4 +1,4 @@
-"""Keeping blocks: new slots for new places, boxes about points, and slots given back."""
+"""Storage of blocks: allocating slots, bounding boxes of the points, and freeing slots."""
 
 import jax
 import jax.numpy as jnp
@@ -64,7 +64,7 @@ def claim(
 def bounding_boxes(
     layout: MapLayout, level: int, place: Int[Array, "block 3"], rows: Float[Array, "block 4 voxel"]
 ) -> Int[Array, "block"]:
-    """Boxes about the points of blocks, packed."""
+    """Bounding boxes of the points of blocks, packed."""
     there = rows[:, 3:] > 0
     edge = layout.edge_of(level)
     corner = jnp.asarray(layout.lower, rows.dtype) + (place - REACH).astype(rows.dtype) * edge

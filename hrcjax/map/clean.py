@@ -27,7 +27,7 @@ def drop_lonely(view: View, camera: Camera, gap: Scalar = 0.02, slope: Scalar = 
 
 
 def without_body(view: View, camera: Camera, body: Capsules, scale: Scalar = 1.1, pad: Scalar = 0.05) -> View:
-    """The view without the points on the robot. It still hides what is behind it.
+    """The view without the points on the robot. The robot still occludes.
 
     Args:
         scale, pad: the robot is taken this much thicker [1], and this much more [m]; the presets of the HRI paper's map.
@@ -42,5 +42,5 @@ def without_body(view: View, camera: Camera, body: Capsules, scale: Scalar = 1.1
 
 
 def within_box(view: View, lower: Vector3, upper: Vector3) -> View:
-    """The view without the points outside an upright box [m]. It still sees through what is in the box."""
+    """The view without the points outside an upright box [m]. Its rays still mark free space in the box."""
     return dataclasses.replace(view, mask=crop(Cloud(view.points, view.mask), lower, upper).mask)

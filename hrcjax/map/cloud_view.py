@@ -9,12 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.map.view import TILE, View
+from hrcjax.numerics import require_floating
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Matrix3, Scalar, Vector3
 
 BRIM = 1.1
 """Half the image over the distance of its plane [1]: 1 is a face of a cube; the rest is shared with the next face, as
-nothing is seen through in the tiles at the border."""
+tiles at the border mark no free space."""
 
 FACES = np.array(
     [
@@ -36,7 +37,7 @@ def tiles_along(capacity: int) -> int:
 
 
 def cloud_camera(rotation: Matrix3, position: Vector3, tiles: int) -> Camera:
-    """A camera that sees a face of a cube and a brim about it.
+    """A camera that sees a face of a cube and a margin around it.
 
     Args:
         rotation: world from camera.
@@ -49,7 +50,7 @@ def cloud_camera(rotation: Matrix3, position: Vector3, tiles: int) -> Camera:
 
 
 def _pooled(image: Float[Array, "row column"]) -> Float[Array, "row column"]:
-    """The least of every cell and the eight about it."""
+    """The least of every cell and its eight neighbours."""
     for axis in (0, 1):
         ends = [(1, 1) if a == axis else (0, 0) for a in (0, 1)]
         n = image.shape[axis]
@@ -62,10 +63,10 @@ def _pooled(image: Float[Array, "row column"]) -> Float[Array, "row column"]:
 def view_from_cloud(
     camera: Camera, cloud: Float[Array, "point 3"], mask: Bool[Array, "point"], noise: Scalar, gap: Scalar = 0.05
 ) -> View:
-    """Every point of a cloud in the camera's image as a tile of its own, and how far the image is seen through.
+    """Every point of a cloud in the camera's image as a tile of its own, and how far its rays are free.
 
-    A point hides what lies behind it within `gap`, so that one does not see through a surface between its points. A tile
-    without a point sees nothing.
+    A point occludes what lies behind it within `gap`, so that there are no free rays between the points of a surface. A
+    tile without a point has no ray.
 
     Args:
         camera: its image is in whole tiles.
@@ -74,6 +75,7 @@ def view_from_cloud(
         noise: standard deviation of a point along its ray over the square of its distance [1/m].
         gap: the points of one surface are nearer to each other than this [m].
     """
+    require_floating("view_from_cloud", cloud=cloud)
     rows, columns = camera.height // TILE, camera.width // TILE
     x, y, z = (cloud[:, a] for a in range(3))
     there = mask & (z > 0)

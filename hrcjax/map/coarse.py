@@ -19,7 +19,7 @@ class Changed(NamedTuple):
     rows: Float[Array, "block 4 voxel"]
     """Points and weights."""
     extent: Float[Array, "block voxel"]
-    """How far what the points stand for is from them, at most [m]."""
+    """Greatest distance of the fine points that a point stands for from it [m]."""
     which: Bool[Array, "block"]
     """Which of the blocks count."""
 
@@ -31,7 +31,7 @@ def typical_weight(layout: MapLayout, level: int, params: MapParams) -> Float[Ar
     )
 
 
-def follow(
+def update_coarse(
     layout: MapLayout,
     level: int,
     coarse: Level,
@@ -43,11 +43,11 @@ def follow(
     """A level after blocks of the one below have changed: their mean points are its own.
 
     Args:
-        extent: how far what its points stand for is from them [m].
+        extent: greatest distance of the fine points that a point stands for from it [m].
         changed: blocks of the level below.
 
     Returns:
-        the level, the extents, what is stale in it, how many blocks went without a place, and its own blocks that have
+        the level, the extents, its stale blocks, how many blocks could not be stored, and its own blocks that have
         changed.
     """
     place, rows, known_extent, which = changed
@@ -79,11 +79,11 @@ def follow(
     coarse = Level(coarse.slot, coarse.index, coarse.place, all_rows)
     own_rows = all_rows.at[touched].get(mode="fill", fill_value=0)
     real = touched < capacity
-    # as on level 0: what has moved is fitted anew; where points came or went, what is about it too
+    # as on level 0: what has moved is fitted anew; where points came or went, its neighbours too
     other = jnp.zeros((capacity,), bool).at[jnp.where(some == (old[:, 3] > 0), capacity, slot)].set(True, mode="drop")
     other = other.at[touched].get(mode="fill", fill_value=False)
-    about = jnp.where(other[:, None], slots_around(coarse, own), capacity)
+    around = jnp.where(other[:, None], slots_around(coarse, own), capacity)
     coarse = store(layout, level, coarse, touched, own_rows)
-    stale = stale.at[about].set(True, mode="drop").at[touched].set(True, mode="drop") & (coarse.place[:, 0] > 0)
+    stale = stale.at[around].set(True, mode="drop").at[touched].set(True, mode="drop") & (coarse.place[:, 0] > 0)
     own_extent = extent.at[touched].get(mode="fill", fill_value=0)
     return coarse, extent, stale, lost, Changed(own, own_rows, own_extent, real)

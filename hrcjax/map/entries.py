@@ -1,4 +1,4 @@
-"""The voxels that one frame is about, in one row: an eighth of what the blocks in view have room for."""
+"""The voxels that one frame can change, numbered in one list: an eighth of those of the blocks in view."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ class Entries(NamedTuple):
 
 
 def make_entries(layout: MapLayout, seen: Int[Array, "row"], here: Bool[Array, "row voxel"]) -> Entries:
-    """Numbers voxels in turn.
+    """Numbers voxels in their order.
 
     Args:
         seen: slots of the blocks in view.
@@ -55,7 +55,7 @@ def near_any(
     x: tuple[Float[Array, "entry"], ...],
     distance: Scalar,
 ) -> Bool[Array, "n"]:
-    """Whether a marked point lies within a distance [m] of entries, in their voxel or the 26 about it.
+    """Whether a marked point lies within a distance [m] of entries, in their voxel or its 26 neighbours.
 
     Args:
         table: row of every slot; beyond all rows: not in view.

@@ -1,30 +1,57 @@
-"""One frame into a map: what is seen is fused, what is seen through goes, what is hidden stays."""
+"""One frame into a map: observed points are fused, points in free space removed, occluded ones kept."""
 
-from typing import Any
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
-from hrcjax.map.blocks import claim, slots_around, slots_in_turn, store, voxel_of
-from hrcjax.map.coarse import Changed, follow, typical_weight
-from hrcjax.map.entries import make_entries, near_any
+from hrcjax.map.blocks import claim, slots_around, store
+from hrcjax.map.coarse import Changed, typical_weight, update_coarse
+from hrcjax.map.entries import Entries
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
 from hrcjax.map.params import MapParams
+from hrcjax.map.sighting import (
+    CANDIDATES,
+    Fused,
+    Known,
+    Observed,
+    Sight,
+    Working,
+    look_at,
+    merge,
+    observe,
+    recall,
+    working_blocks,
+)
 from hrcjax.map.state import DYNAMIC, NEW, STATIC, FieldMap, FrameReport
 from hrcjax.map.view import View
-from hrcjax.map.visibility import blocks_in_view, look_along
+from hrcjax.map.visibility import blocks_in_view
 from hrcjax.map.weigh import refit
 from hrcjax.sense import Camera
 from hrcjax.sense.points import remove_body
-from hrcjax.typing import Array, Bool, Int, Scalar
+from hrcjax.typing import Array, Bool, Float, Int
 
-CANDIDATES = 1024
-"""Points of one frame that are compared with their neighbourhood; beyond, what appears counts as new, and what is seen
-through waits for a later frame."""
 DEEP = 0.01
-"""Points this far within the robot's surface go: no other thing can be there [m]."""
+"""Points this far within the robot's surface are removed: nothing else can be there [m]."""
+
+
+class Verdict(NamedTuple):
+    """What becomes of the points, entry by entry."""
+
+    there: Bool[Array, "entry"]
+    """Points that the map holds from now on."""
+    gone: Bool[Array, "entry"]
+    """Points that it held until now."""
+    information: Float[Array, "entry"]
+    """Inverse variance that is left [1/m^2]."""
+    missed: Int[Array, "entry"]
+    """`FieldMap.missed`."""
+    unmet: Int[Array, "entry"]
+    """`FieldMap.unmet`."""
+    label: Int[Array, "entry"]
+    """`FieldMap.label`."""
 
 
 def fuse(
@@ -37,163 +64,168 @@ def fuse(
 ) -> tuple[FieldMap, FrameReport]:
     """The map after one frame.
 
-    A point of the map that the frame sees again moves to the mean of both, weighed by their variances. One that the
-    image sees through, with nothing of the frame about it, is dynamic, and goes after `patience` such frames in which it
-    was not met in between. What is
-    hidden or out of sight stays. What appears farther than `new_distance` from all points of the map is new.
+    A point of the map that the frame sees again moves to the mean of both, weighed by their variances. One in the
+    free space of the image, with no point of the frame near it, is dynamic, and is removed after `patience` such frames in
+    which it was not met in between. What is hidden or out of sight stays. What appears farther than `new_distance` from
+    all points of the map is new.
 
     Args:
         view: of the camera's image, without the robot.
-        body: the robot; where it is, nothing else can be, and points deep within it go.
+        body: the robot; where it is, nothing else can be, and points deep within it are removed.
     """
-    base, capacity, dtype = state.levels[0], layout.capacity, view.points.dtype
-    lower = jnp.asarray(layout.lower, dtype)
-    upper = lower + jnp.asarray(layout.shape, dtype) * layout.edge_of(0)
-    depth = jnp.sum((view.points - camera.position) * camera.rotation[:, 2], axis=1)
-    wanted = view.mask & (depth > params.near) & (depth < params.far) & jnp.isfinite(view.variance)
-    inside = jnp.all((view.points > lower) & (view.points < upper), axis=1)
-    base, slot, lost = claim(base, padded_place(layout, 0, view.points), wanted & inside, layout.born)
-
-    # the frame's own points, voxel by voxel of the blocks in view
+    beyond, wanted, inside = _usable(layout, params, camera, view)
+    base, slot, lost = claim(state.levels[0], padded_place(layout, 0, view.points), wanted & inside, layout.born)
     in_view = blocks_in_view(layout, params, base, camera)
-    hit = jnp.zeros((capacity,), bool).at[slot].set(True, mode="drop") & in_view
-    # what the frame adds to goes before what it may see through; who comes too late is first another time
-    turn = (state.frames * (layout.seen // 2)) % capacity
-    first, then = (slots_in_turn(which, layout.seen, turn) for which in (hit, in_view & ~hit))
-    count_hit = jnp.sum(hit, dtype=jnp.int32)
-    order = jnp.arange(layout.seen, dtype=jnp.int32)
-    seen = jnp.where(order < count_hit, first, then[jnp.maximum(order - count_hit, 0)])
-    table = jnp.full((capacity,), layout.seen, jnp.int32).at[seen].set(order, mode="drop")
-    place = base.place.at[seen].get(mode="fill", fill_value=1)
+    work = working_blocks(layout, base, in_view, slot, state.frames)
+    entries, seen = observe(layout, params, base, work, camera, view, slot)
+    known = recall(state, base, entries)
+    fused = merge(params, known, seen)
+    sight = look_at(params, base, work, entries, camera, view, known, seen, fused)
+    verdict = _judge(params, known, seen, fused, sight, body)
 
-    # voxels that hold a point, or get one
-    row = table.at[slot].get(mode="fill", fill_value=layout.seen)
-    own = row * VOXELS + voxel_of(layout, 0, view.points)
-    held = base.rows.at[seen, 3].get(mode="fill", fill_value=0) > 0
-    got = jnp.zeros((held.size,), bool).at[own].set(True, mode="drop")
-    entries = make_entries(layout, seen, held | got.reshape(held.shape))
-    most = entries.slot.shape[0]
-
-    # the frame's own points, voxel by voxel
-    weight = 1.0 / (view.variance + params.least_deviation**2)
-    parts = jnp.concatenate([weight[:, None] * (view.points - camera.position), weight[:, None]], axis=1)
-    entry = entries.of.reshape(-1).at[own].get(mode="fill", fill_value=most)
-    sums = jnp.zeros((most, 4), dtype).at[entry].add(parts, mode="drop")
-    observed = sums[:, 3] > 0
-    scale = jnp.where(observed, 1.0 / jnp.where(observed, sums[:, 3], 1.0), 0.0)
-    frame = tuple(camera.position[a] + scale * sums[:, a] for a in range(3))
-
-    # fused with the map's
-    old, alpha = (
-        tuple(base.rows.at[entries.slot, a, entries.voxel].get(mode="fill", fill_value=0) for a in which)
-        for which in ((0, 1, 2), (3,))
-    )
-    exists = alpha[0] > 0
-    index = entries.slot * VOXELS + entries.voxel
-
-    def of_map(values: Array) -> Array:
-        return values.reshape(-1).at[index].get(mode="fill", fill_value=0)
-
-    information, missed, unmet, label = (of_map(a) for a in (state.information, state.missed, state.unmet, state.label))
-    gain = jnp.where(observed, jnp.minimum(sums[:, 3], 1.0 / params.least_deviation**2), 0.0)
-    total = information + gain
-    share = gain / jnp.where(total > 0, total, 1.0)
-    points = tuple(jnp.where(exists, o + share * (f - o), f) for o, f in zip(old, frame, strict=True))
-    fresh = observed & ~exists
-    moves = jnp.where(exists & observed, sum((p - o) ** 2 for p, o in zip(points, old, strict=True)), 0.0)
-
-    def near(which: Bool[Array, "entry"], marks: Bool[Array, "entry"], x: tuple[Array, ...], distance: Scalar) -> Any:
-        """Which entries were asked about, of those in `which`, and whether a marked x lies near to their points."""
-        asked = jnp.nonzero(which, size=CANDIDATES, fill_value=most)[0].astype(jnp.int32)
-        return asked, near_any(base, table, entries, marks, x, asked, points, distance)
-
-    # seen through, and nothing of this frame about: the frustum's own field is far from there
-    look = look_along(params, camera, view, *points)
-    through = exists & ~observed & look.past
-    nothing = jnp.zeros((most,), bool)
-    asked, covered = near(through, observed, frame, params.clear_distance)
-    dynamic = nothing.at[asked].set(~covered, mode="drop")
-    beside = nothing.at[asked].set(covered, mode="drop")
-    asked, known = near(fresh, exists, old, params.new_distance)
-    new = fresh & ~nothing.at[asked].set(known, mode="drop")
-
-    there_still = observed | (exists & look.met) | beside
-    missed = jnp.where(there_still, 0, jnp.minimum(missed, 126) + dynamic.astype(jnp.int8)).astype(jnp.int8)
-    unmet = jnp.where(there_still, 0, jnp.minimum(unmet, 126) + look.unmet.astype(jnp.int8)).astype(jnp.int8)
-    # looked at, and not found: what was seen but once or twice, beside a surface, was noise
-    looked_through = dynamic | beside
-    total = jnp.where(looked_through, params.fade * total, total)
-    once = 1.0 / ((params.pixel_noise * look.depth**2) ** 2 + params.least_deviation**2)
-    tired = dynamic & (missed.astype(dtype) >= params.patience)
-    gone = exists & (tired | (looked_through & (total < params.least_information * once)))
-    if body is not None:
-        gone = gone | (exists & ~remove_body(Cloud(jnp.stack(points, axis=-1), exists), body, 1.0, -DEEP).mask)
-    there = (exists | observed) & ~gone
-    label = jnp.where(observed, STATIC, label)
-    label = jnp.where(new, NEW, jnp.where(dynamic, DYNAMIC, label))
-    total = jnp.minimum(total, params.memory / params.least_deviation**2)
-    first_weight = typical_weight(layout, 0, params).astype(dtype)
-    values = (*points, jnp.where(fresh, first_weight, alpha[0]))
-    rows = base.rows
-    for a, value in enumerate(values):
-        rows = rows.at[entries.slot, a, entries.voxel].set(jnp.where(there, value, 0.0), mode="drop")
-
-    def to_map(values: Array, some: Array) -> Array:
-        some = jnp.where(there, some, 0).astype(values.dtype)
-        return values.reshape(-1).at[index].set(some, mode="drop").reshape(values.shape)
-
-    # weights of what has changed, and of the blocks about it
-    move = jnp.zeros((layout.seen,), dtype).at[entries.row].max(moves, mode="drop")
-    drift = state.drift.at[seen].get(mode="fill", fill_value=0) + move
-    other = jnp.zeros((layout.seen,), bool).at[entries.row].max(fresh | gone, mode="drop")
-    changed = (other | (drift > (params.drift * layout.spacing) ** 2)) & (seen < capacity)
-    # what has drifted is fitted anew; where points came or went, what is about it too
-    about = jnp.where(other[:, None] & (seen < capacity)[:, None], slots_around(base, place), capacity)
-    drift = state.drift.at[seen].set(jnp.where(changed, 0.0, drift), mode="drop")
-    rows_seen = rows.at[seen].get(mode="fill", fill_value=0)
-    base = store(layout, 0, Level(base.slot, base.index, base.place, rows), seen, rows_seen)
-    stale = state.stale[0].at[about].set(True, mode="drop")
-    stale = stale.at[jnp.where(changed, seen, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
-    levels, extents, waiting = [base], [], [stale]
-    below = Changed(place, rows_seen, jnp.zeros((layout.seen, VOXELS), dtype), changed)
-    for k in range(1, layout.levels):
-        level, extent, stale, more, below = follow(
-            layout, k, state.levels[k], state.extent[k - 1], state.stale[k], below, params
-        )
-        lost = lost + more
-        levels.append(level)
-        extents.append(extent)
-        waiting.append(stale)
-    levels, waiting, turn = refit(layout, tuple(levels), tuple(waiting), state.turn, params)
+    base, drift, stale, changed = _write(layout, params, state, base, work, entries, known, fused, verdict)
+    levels, extents, waiting, more = _update_levels(layout, params, state, base, stale, changed)
+    levels, waiting, turn = refit(layout, levels, waiting, state.turn, params)
 
     def count(which: Bool[Array, "..."]) -> Int[Array, ""]:
         return jnp.sum(which, dtype=jnp.int32)
 
     report = FrameReport(
         measured=count(view.mask),
-        beyond=count(view.mask & ~((depth > params.near) & (depth < params.far))),
-        points=count(there),
+        beyond=count(beyond),
+        points=count(verdict.there),
         blocks=count(levels[0].place[:, 0] > 0),
-        new=count(new),
-        dynamic=count(dynamic),
-        removed=count(gone),
+        new=count(sight.new),
+        dynamic=count(sight.dynamic),
+        removed=count(verdict.gone),
         waiting=count(waiting[0]),
-        lost=lost,
+        lost=lost + more,
         outside=count(wanted & ~inside),
-        unseen=count(in_view) - count(seen < capacity),
-        deferred=jnp.maximum(count(through) - CANDIDATES, 0),
+        unseen=count(in_view) - count(work.slots < layout.capacity),
+        deferred=jnp.maximum(count(sight.through) - CANDIDATES, 0),
         left_out=entries.left_out,
     )
-    fused = FieldMap(
+    index = entries.slot * VOXELS + entries.voxel
+
+    def to_map(values: Array, some: Array) -> Array:
+        some = jnp.where(verdict.there, some, 0).astype(values.dtype)
+        return values.reshape(-1).at[index].set(some, mode="drop").reshape(values.shape)
+
+    after = FieldMap(
         levels=levels,
-        extent=tuple(extents),
+        extent=extents,
         stale=waiting,
         turn=turn,
-        information=to_map(state.information, total),
-        missed=to_map(state.missed, missed),
-        unmet=to_map(state.unmet, unmet),
-        label=to_map(state.label, label),
+        information=to_map(state.information, verdict.information),
+        missed=to_map(state.missed, verdict.missed),
+        unmet=to_map(state.unmet, verdict.unmet),
+        label=to_map(state.label, verdict.label),
         drift=drift,
         frames=(state.frames + 1) % (1 << 16),
     )
-    return fused, report
+    return after, report
+
+
+def _usable(
+    layout: MapLayout, params: MapParams, camera: Camera, view: View
+) -> tuple[Bool[Array, "tile"], Bool[Array, "tile"], Bool[Array, "tile"]]:
+    """Which points of the view lie nearer or farther than what counts, which are taken in, which lie within the box."""
+    dtype = view.points.dtype
+    lower = jnp.asarray(layout.lower, dtype)
+    upper = lower + jnp.asarray(layout.shape, dtype) * layout.edge_of(0)
+    depth = jnp.sum((view.points - camera.position) * camera.rotation[:, 2], axis=1)
+    counts = (depth > params.near) & (depth < params.far)
+    wanted = view.mask & counts & jnp.isfinite(view.variance)
+    return view.mask & ~counts, wanted, jnp.all((view.points > lower) & (view.points < upper), axis=1)
+
+
+def _judge(
+    params: MapParams, known: Known, seen: Observed, fused: Fused, sight: Sight, body: Capsules | None
+) -> Verdict:
+    """Which points stay, which go, and what is remembered of them."""
+    look, dynamic = sight.look, sight.dynamic
+    there_still = seen.there | (known.exists & look.met) | sight.beside
+    missed = jnp.where(there_still, 0, jnp.minimum(known.missed, 126) + dynamic.astype(jnp.int8)).astype(jnp.int8)
+    unmet = jnp.where(there_still, 0, jnp.minimum(known.unmet, 126) + look.unmet.astype(jnp.int8)).astype(jnp.int8)
+    # looked at, and not found: what was seen but once or twice, beside a surface, was noise
+    looked_through = dynamic | sight.beside
+    total = jnp.where(looked_through, params.fade * fused.information, fused.information)
+    once = 1.0 / ((params.pixel_noise * look.depth**2) ** 2 + params.least_deviation**2)
+    tired = dynamic & (missed.astype(total.dtype) >= params.patience)
+    gone = known.exists & (tired | (looked_through & (total < params.least_information * once)))
+    if body is not None:
+        outside = remove_body(Cloud(jnp.stack(fused.points, axis=-1), known.exists), body, 1.0, -DEEP).mask
+        gone = gone | (known.exists & ~outside)
+    label = jnp.where(seen.there, STATIC, known.label)
+    label = jnp.where(sight.new, NEW, jnp.where(dynamic, DYNAMIC, label))
+    return Verdict(
+        there=(known.exists | seen.there) & ~gone,
+        gone=gone,
+        information=jnp.minimum(total, params.memory / params.least_deviation**2),
+        missed=missed,
+        unmet=unmet,
+        label=label,
+    )
+
+
+def _write(
+    layout: MapLayout,
+    params: MapParams,
+    state: FieldMap,
+    base: Level,
+    work: Working,
+    entries: Entries,
+    known: Known,
+    fused: Fused,
+    verdict: Verdict,
+) -> tuple[Level, Float[Array, "slot"], Bool[Array, "slot"], Changed]:
+    """Level 0 with its points after the frame.
+
+    Returns:
+        the level; how far the points of each block have drifted since they were fitted; blocks whose weights are stale;
+        blocks that have changed, for the level above.
+    """
+    dtype, capacity, slots = fused.information.dtype, layout.capacity, work.slots
+    first_weight = typical_weight(layout, 0, params).astype(dtype)
+    values = (*fused.points, jnp.where(fused.fresh, first_weight, known.weight))
+    rows = base.rows
+    for a, value in enumerate(values):
+        rows = rows.at[entries.slot, a, entries.voxel].set(jnp.where(verdict.there, value, 0.0), mode="drop")
+
+    move = jnp.zeros((layout.seen,), dtype).at[entries.row].max(fused.moves, mode="drop")
+    drift = state.drift.at[slots].get(mode="fill", fill_value=0) + move
+    other = jnp.zeros((layout.seen,), bool).at[entries.row].max(fused.fresh | verdict.gone, mode="drop")
+    changed = (other | (drift > (params.drift * layout.spacing) ** 2)) & (slots < capacity)
+    # what has drifted is fitted anew; where points came or went, its neighbours too
+    around = jnp.where(other[:, None] & (slots < capacity)[:, None], slots_around(base, work.place), capacity)
+    drift = state.drift.at[slots].set(jnp.where(changed, 0.0, drift), mode="drop")
+    own_rows = rows.at[slots].get(mode="fill", fill_value=0)
+    base = store(layout, 0, Level(base.slot, base.index, base.place, rows), slots, own_rows)
+    stale = state.stale[0].at[around].set(True, mode="drop")
+    stale = stale.at[jnp.where(changed, slots, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
+    return base, drift, stale, Changed(work.place, own_rows, jnp.zeros((layout.seen, VOXELS), dtype), changed)
+
+
+def _update_levels(
+    layout: MapLayout,
+    params: MapParams,
+    state: FieldMap,
+    base: Level,
+    stale: Bool[Array, "slot"],
+    changed: Changed,
+) -> tuple[tuple[Level, ...], tuple[Array, ...], tuple[Array, ...], Int[Array, ""]]:
+    """All levels, the coarse ones after what has changed below them.
+
+    Returns:
+        levels, extents, stale blocks of each level, and how many coarse blocks found no place.
+    """
+    levels, extents, waiting, lost = [base], [], [stale], jnp.zeros((), jnp.int32)
+    for k in range(1, layout.levels):
+        level, extent, stale, more, changed = update_coarse(
+            layout, k, state.levels[k], state.extent[k - 1], state.stale[k], changed, params
+        )
+        lost = lost + more
+        levels.append(level)
+        extents.append(extent)
+        waiting.append(stale)
+    return tuple(levels), tuple(extents), tuple(waiting), lost

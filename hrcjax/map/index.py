@@ -1,6 +1,6 @@
-"""Where the points of a level's blocks are: what a query reads to find the blocks about it.
+"""Spatial index of a level: bounding boxes of its blocks, by which a query finds the nearest ones.
 
-Blocks are kept by octets, 2 x 2 x 2 places side by side in memory, and each octet has a hull about the boxes of its
+Blocks are kept by octets, 2 x 2 x 2 places side by side in memory, and each octet has a hull around the boxes of its
 blocks: a query looks through hulls first, then through the blocks of the nearest octets.
 """
 
@@ -18,7 +18,7 @@ OCTET = 8
 
 
 class BlockIndex(eqx.Module):
-    """Boxes about the points of blocks, and about those of octets.
+    """Bounding boxes of the points of blocks and of octets.
 
     A box is one number: least x, y, z and greatest ones, five bits each, in GRAIN-ths of the edge of its block, or of its
     octet; NO_BOX: no points. One number, as reading them is most of what a query costs.
@@ -27,7 +27,7 @@ class BlockIndex(eqx.Module):
     octets: Int[Array, "x y z 16"]
     """Boxes of the eight blocks of an octet, then their slots (the capacity: none), which are met together."""
     hull: Int[Array, "x y z"]
-    """Box about those of an octet's blocks."""
+    """Bounding box of an octet's blocks."""
 
 
 def empty_index(shape: tuple[int, int, int], capacity: int) -> BlockIndex:
@@ -60,7 +60,7 @@ def children() -> Int[Array, "8 3"]:
 
 
 def hull_of(boxes: Int[Array, "*n 8"]) -> Int[Array, "*n"]:
-    """Boxes about those of octets' blocks."""
+    """Bounding boxes of octets' blocks."""
     some, step = boxes != NO_BOX, children()
     low, high = [], []
     for a in range(3):

@@ -1,6 +1,6 @@
-"""Where a map lies and how much it can hold: everything static, so that a growing map compiles nothing anew.
+"""Where a map lies and how much it can hold: everything static, so that a growing map never recompiles.
 
-Level 0 keeps one point a voxel. 4 x 4 x 4 voxels are a block; the points of a block and of those about it are a local
+Level 0 keeps one point a voxel. 4 x 4 x 4 voxels are a block; the points of a block and of its neighbours are a local
 Gaussian process. The mean points of blocks are the voxels of level 1, and so on: far away from everything a coarse
 level answers.
 """
@@ -15,7 +15,7 @@ VOXELS = EDGE**3
 """Voxels of a block."""
 OCCUPIED = 16
 """Voxels of a block that hold a point, of all blocks that one frame sees, at most."""
-COARSE = 0.5
+COARSE_RATIO = 0.5
 """Length scale of coarse levels over their spacing [1]."""
 REACH = 4
 """Blocks on every side of a query's block among which its local process is looked for."""
@@ -36,11 +36,11 @@ class MapLayout:
     levels: int = 3
     """Level 0 and the coarser ones, each with four times the spacing of the one before."""
     seen: int = 2048
-    """Blocks that one frame can see; a frame that sees more leaves the others as they are, and says so."""
+    """Blocks that one frame can update; the others are served round robin by later frames and counted in the report."""
     born: int = 1024
     """Blocks that one frame can add."""
     refitted: int = 384
-    """Blocks fitted anew with one frame; further ones wait for the next frame. 0: weights stay those of a flat sample, for
+    """Blocks whose weights are refitted with one frame; further ones wait for later frames. 0: weights stay those of a flat sample, for
     maps of which the points alone are read."""
 
     def __post_init__(self) -> None:
@@ -56,7 +56,7 @@ class MapLayout:
 
     @property
     def entries(self) -> int:
-        """Points that one frame can be about: a surface has some 14 in a block."""
+        """Points that one frame can update: a surface has some 14 in a block."""
         return self.seen * OCCUPIED
 
     def spacing_of(self, level: int) -> float:
@@ -65,8 +65,8 @@ class MapLayout:
 
     def scale_of(self, level: int, ratio: ArrayLike) -> ArrayLike:
         """Length scale of a level [m]: `ratio` spacings of level 0; of the coarser ones, which are read from afar, where
-        dimples have smoothed out, COARSE spacings."""
-        return ratio * self.spacing if level == 0 else COARSE * self.spacing_of(level)
+        dimples have smoothed out, COARSE_RATIO spacings."""
+        return ratio * self.spacing if level == 0 else COARSE_RATIO * self.spacing_of(level)
 
     def edge_of(self, level: int) -> float:
         """Edge of a block [m]."""

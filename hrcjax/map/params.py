@@ -20,22 +20,24 @@ class MapParams(eqx.Module):
     least_deviation: Scalar = 1e-3
     """Errors of one frame are not independent: the mean of many pixels is not surer than this [m]."""
     memory: Scalar = 25.0
-    """A point counts as many frames at most, so that slow changes are followed [1]."""
+    """Most observations that the information of a point stands for, so that slow changes are tracked [1]."""
     through: Scalar = 0.01
-    """A point is seen through if all pixels of its tile lie farther behind than this and a deviation [m]."""
+    """A point is in free space if all pixels of its tile measured a surface farther behind it than this and a standard
+    deviation of the depth [m]."""
     clear_distance: Scalar = 0.025
-    """And if nothing that the frame sees is nearer to it than this: aslant, a surface lies behind its own points [m]."""
+    """And if no point of the frame is nearer to it than this: at grazing view a surface lies behind its own points [m]."""
     new_distance: Scalar = 0.0375
-    """What is seen farther than this from all points of the map is new [m]."""
+    """A measured point farther than this from all points of the map is new [m]."""
     patience: Scalar = 2.0
-    """Frames that see through a point, without meeting it in between, before it goes [1]."""
+    """Frames that must find a point in free space, without an observation in between, before it is removed [1]."""
     fade: Scalar = 0.8
-    """What is left of a point's information when a frame sees through it [1]."""
+    """Factor of a point's information for every frame that finds it in free space [1]."""
     least_information: Scalar = 0.6
-    """It goes when less is left than this share of what one pixel tells: beside a surface, noise that was seen once [1]."""
+    """A point is removed when its information falls below this share of that of one pixel: noise near a surface that was
+    observed once [1]."""
     near: Scalar = 0.28
     """Least depth that counts [m]."""
     far: Scalar = 3.0
     """Greatest depth that counts: farther, noise makes a D435i's surfaces thicker than voxels of 2.5 cm [m]."""
     drift: Scalar = 0.1
-    """Weights are fitted anew when points have moved by this share of the spacing [1]."""
+    """Weights are refitted when points have moved by this share of the spacing [1]."""

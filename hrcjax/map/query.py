@@ -12,6 +12,7 @@ from hrcjax.field.kernel import blended_root
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level, block_rows
 from hrcjax.map.search import nearest_blocks
+from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
 
 NEAREST = 16
@@ -47,7 +48,7 @@ def rows_distance_and_gradient(
     return read(log_o, jnp.stack([jnp.sum(share * d) for d in offsets]), some, scale)
 
 
-class Corrected(NamedTuple):
+class BlockReading(NamedTuple):
     """What the points of some blocks say at a query."""
 
     distance: Float[Array, ""]
@@ -59,10 +60,10 @@ class Corrected(NamedTuple):
     """Shares of the points in the occupancy [1]."""
 
 
-def corrected(
+def curvature_corrected(
     log_o: Float[Array, ""], offset: Vector3, spread: Matrix3, some: Bool[Array, ""], scale: Float[Array, ""]
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Distance corrected for curvature [m], and `Corrected.flatness` [1]; see `hrcjax.field.curvature`.
+    """Distance corrected for curvature [m], and `BlockReading.flatness` [1]; see `hrcjax.field.curvature`.
 
     Args:
         log_o: logarithm of the occupancy [1].
@@ -76,15 +77,15 @@ def corrected(
     return jnp.where(some, scale * blended_root(v), FAR), jnp.maximum(flatness, 0.0)
 
 
-def corrected_distance(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> Corrected:
+def read_blocks(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> BlockReading:
     """The distance of the points of some blocks, corrected for curvature; see `hrcjax.field.curvature`."""
     scale = jnp.asarray(length_scale, x.dtype)
     d, share, log_o, some = _kernels(rows, scale, x)
     c = [jnp.sum(share * e) for e in d]
     second = [[jnp.sum(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
     spread = jnp.stack([jnp.stack([second[max(i, j)][min(i, j)] for j in range(3)]) for i in range(3)])
-    distance, flatness = corrected(log_o, jnp.stack(c), spread, some, scale)
-    return Corrected(distance, flatness, share)
+    distance, flatness = curvature_corrected(log_o, jnp.stack(c), spread, some, scale)
+    return BlockReading(distance, flatness, share)
 
 
 def level_range(layout: MapLayout, level: int) -> tuple[float, float]:
@@ -103,46 +104,55 @@ def level_share(layout: MapLayout, level: int, d: Float[Array, "*n"]) -> tuple[F
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
 
 
-def slots_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Int[Array, "block"]:
-    """Slots of a level's blocks about x: the nearest ones, of the coarsest level all; the capacity: none."""
+def slots_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Int[Array, "block"]:
+    """Slots of a level's blocks near x: the nearest ones, of the coarsest level all; the capacity: none."""
     if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
         return jnp.arange(blocks.place.shape[0], dtype=jnp.int32)
     x = jax.lax.stop_gradient(x)
     return nearest_blocks(layout, level, blocks, x, x, min(NEAREST, blocks.place.shape[0]))[0]
 
 
-def rows_about(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
-    """The points that a level has about x; see `slots_about`."""
+def rows_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
+    """The points that a level has near x; see `slots_near`."""
     if level == layout.levels - 1:
         return blocks.rows
-    return block_rows(blocks, slots_about(layout, level, blocks, x))
+    return block_rows(blocks, slots_near(layout, level, blocks, x))
 
 
-def reading_about(
-    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Vector3, correct: bool
+def read_level(
+    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Vector3, corrected: bool
 ) -> tuple[Float[Array, ""], Vector3]:
     """Distance [m] and gradient [1] that one level reads.
 
     Args:
-        correct: for curvature.
+        corrected: for curvature.
     """
-    rows, scale = rows_about(layout, level, blocks, x), layout.scale_of(level, ratio)
-    if correct:
-        return jax.value_and_grad(lambda x: corrected_distance(rows, scale, x).distance)(x)
+    rows, scale = rows_near(layout, level, blocks, x), layout.scale_of(level, ratio)
+    if corrected:
+        return jax.value_and_grad(lambda x: read_blocks(rows, scale, x).distance)(x)
     return rows_distance_and_gradient(rows, scale, x)
 
 
 def map_distance_and_gradient(
-    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3, corrected: bool = True
 ) -> tuple[Float[Array, ""], Vector3]:
     """Distance to the mapped surfaces [m] and its gradient [1]; FAR and 0 if the map has no points.
 
+    Value and derivative of `map_distance`, in one pass.
+
     Args:
         ratio: length scale over spacing [1].
+        corrected: take off what the curvature of convex surfaces adds to the kernel's inverse (`hrcjax.field.curvature`);
+            False: the plain inverse, which reads too far over convex surfaces, but whose gradient has the better
+            direction.
+
+    Raises:
+        ValueError: x is of integers.
     """
+    require_floating("map_distance_and_gradient", x=x)
     d, g = jnp.asarray(FAR, x.dtype), jnp.zeros_like(x)
     for level in reversed(range(layout.levels)):
-        near, towards = reading_about(layout, level, levels[level], ratio, x, correct=False)
+        near, towards = read_level(layout, level, levels[level], ratio, x, corrected)
         share, slope = level_share(layout, level, near)
         g = (1 - share) * towards + share * g + slope * (d - near) * towards
         d = near + share * (d - near)
@@ -159,14 +169,18 @@ def map_distance(
 
     Args:
         ratio: length scale over spacing [1].
-        corrected: without what curvature adds; False: the value of `map_distance_and_gradient`.
+        corrected: take off what the curvature of convex surfaces adds to the kernel's inverse (`hrcjax.field.curvature`);
+            False: the plain inverse, which reads too far over convex surfaces, but whose gradient has the better
+            direction.
+
+    Raises:
+        ValueError: x is of integers.
     """
+    require_floating("map_distance", x=x)
     d = jnp.asarray(FAR, x.dtype)
     for level in reversed(range(layout.levels)):
-        rows, scale = rows_about(layout, level, levels[level], x), layout.scale_of(level, ratio)
-        near = (
-            corrected_distance(rows, scale, x).distance if corrected else rows_distance_and_gradient(rows, scale, x)[0]
-        )
+        rows, scale = rows_near(layout, level, levels[level], x), layout.scale_of(level, ratio)
+        near = read_blocks(rows, scale, x).distance if corrected else rows_distance_and_gradient(rows, scale, x)[0]
         share, _ = level_share(layout, level, near)
         d = near + share * (d - near)
     return d

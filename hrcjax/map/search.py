@@ -13,7 +13,7 @@ from hrcjax.typing import Array, Float, Int, Scalar, Vector3
 def nearest_blocks(
     layout: MapLayout, level: int, blocks: Level, low: Vector3, high: Vector3, count: int, span: int = 1
 ) -> tuple[Int[Array, "count"], Float[Array, ""]]:
-    """Slots of the blocks about a box of queries whose own boxes are nearest to it; the capacity: none.
+    """Slots of the blocks whose bounding boxes are nearest to a box of queries; the capacity: none.
 
     The blocks of the nearest three quarters of `count` octets are compared: an octet of a surface holds some four. Of a
     surface all blocks within some five length scales of the nearest point matter; `count` must hold these.
@@ -23,7 +23,7 @@ def nearest_blocks(
         span: places along each edge of the box.
 
     Returns:
-        the slots, and the square of a gap: to what is left out it is not less; infinity: nothing is left out [m^2].
+        the slots, and a lower bound of the squared gap to all other blocks; infinity: there are no others [m^2].
     """
     edge, index = layout.edge_of(level), blocks.index
     shape = index.hull.shape
@@ -55,7 +55,8 @@ def nearest_blocks(
 
 
 def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio: Scalar, count: int) -> GPField:
-    """The Gaussian process about x: the points of the nearest blocks. Which they are is a constant to derivatives.
+    """The Gaussian process near x: the points of the nearest blocks; which they are is a constant to derivatives. Its
+    distance is not corrected for curvature.
 
     Args:
         ratio: length scale over spacing [1].

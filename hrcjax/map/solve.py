@@ -1,4 +1,4 @@
-"""Exact weights of the points about a place, beside the lumped ones that the map keeps (`hrcjax.map.weigh`).
+"""Exact weights of the points near a place, beside the lumped ones that the map keeps (`hrcjax.map.weigh`).
 
 One Cholesky factor of some hundred points. The map's own length scale (0.7 spacings) has condition numbers near 10, so that
 single precision is far from its limit of 1e8; where a longer length scale or coinciding points reach it, the status says
@@ -38,7 +38,8 @@ def exact_field(
 def exact_distance_and_gradient(
     layout: MapLayout, levels: tuple[Level, ...], x: Vector3, ratio: Scalar, noise: Scalar = 0.01, count: int = POINTS
 ) -> tuple[Float[Array, ""], Vector3]:
-    """Distance [m] and gradient [1] at x by exact weights, without coarse levels; FAR and 0 without points about x.
+    """Distance [m] and gradient [1] at x by exact weights, without coarse levels, not corrected for curvature; FAR and 0
+    without points near x.
 
     As a function of x it leaps a little where the set of nearest points changes: it is what lumped weights are measured
     against, not what a policy reads. Its meaning ends where level 0 does (0.3 m at the default spacing).

@@ -8,7 +8,8 @@ from hrcjax.map.level import Level, empty_level
 from hrcjax.typing import Array, Bool, Float, Int
 
 NONE, NEW, STATIC, DYNAMIC = 0, 1, 2, 3
-"""What a point is: seen for the first time where nothing was; seen again; seen through, and about to go."""
+"""State of a point: observed for the first time where the map had none; observed again; in the free space of the last
+frame, to be removed."""
 LABELS = ("none", "new", "static", "dynamic")
 
 
@@ -18,17 +19,17 @@ class FieldMap(eqx.Module):
     levels: tuple[Level, ...]
     """Points and weights, finest first."""
     extent: tuple[Float[Array, "_ voxel"], ...]
-    """How far the points of level 0 that a point stands for are from it, at most; from level 1 on [m]."""
+    """Greatest distance of the points of level 0 that a coarse point stands for from it; from level 1 on [m]."""
     stale: tuple[Bool[Array, "_"], ...]
-    """Blocks of each level whose weights wait to be fitted."""
+    """Blocks of each level whose weights are out of date."""
     turn: Int[Array, "level"]
-    """The slot of each level at which fitting goes on."""
+    """The slot of each level at which refitting continues."""
     information: Float[Array, "slot voxel"]
     """Inverse variance of the points of level 0, as far as it is remembered [1/m^2]."""
     missed: Int[Array, "slot voxel"]
-    """Frames that saw through a point since it was last observed."""
+    """Frames since the last observation in whose free space the point was."""
     unmet: Int[Array, "slot voxel"]
-    """Frames in a row that did not meet a point in view, up to 127: another surface hides it, or nothing was measured."""
+    """Frames in a row that did not observe a point in view, up to 127: it was occluded, or nothing was measured there."""
     label: Int[Array, "slot voxel"]
     """NONE, NEW, STATIC or DYNAMIC."""
     drift: Float[Array, "slot"]
@@ -38,7 +39,7 @@ class FieldMap(eqx.Module):
 
 
 class FrameReport(eqx.Module):
-    """What one frame did. Where one of the last five is not 0 the map is incomplete or behind."""
+    """What one frame did. If one of the last five is not 0, the map is incomplete or lags behind the camera."""
 
     measured: Int[Array, ""]
     """Tiles of the image with a surface, or points of the cloud."""
@@ -49,23 +50,23 @@ class FrameReport(eqx.Module):
     blocks: Int[Array, ""]
     """Blocks of level 0 that have a place."""
     new: Int[Array, ""]
-    """Points that appeared where nothing was."""
+    """Points that appeared where the map had none."""
     dynamic: Int[Array, ""]
-    """Points that were seen through."""
+    """Points in free space of this frame: the camera measured a surface behind them, and none near."""
     removed: Int[Array, ""]
-    """Points that went."""
+    """Points that were removed."""
     waiting: Int[Array, ""]
-    """Blocks of level 0 whose weights wait for the next frame."""
+    """Blocks of level 0 whose weights are out of date until a later frame fits them."""
     lost: Int[Array, ""]
-    """Blocks of any level without a place: `capacity` or `born` is exhausted."""
+    """Blocks of any level that could not be stored: `MapLayout.capacity` or `born` is exhausted."""
     outside: Int[Array, ""]
-    """Tiles outside the mapped box, which hold nothing of the map."""
+    """Measured tiles outside the mapped box; they are not stored."""
     unseen: Int[Array, ""]
-    """Blocks in view that were left as they are until a later frame: `seen` is exhausted."""
+    """Blocks in view that this frame did not update: `MapLayout.seen` is exhausted; they are served round robin."""
     deferred: Int[Array, ""]
-    """Points seen through that wait for a later frame, as one frame removes 1024 at most."""
+    """Points in free space that a later frame will check: one frame checks 1024."""
     left_out: Int[Array, ""]
-    """Points, of the map or of the frame, that were passed over: `MapLayout.entries` is exhausted."""
+    """Points, of the map or of the frame, that this frame did not update: `MapLayout.entries` is exhausted."""
 
 
 def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> FieldMap:

@@ -1,4 +1,4 @@
-"""What arrives from a camera, before it is believed: stamps that go on, poses that do not leap, images with depth.
+"""Plausibility of a camera's frames before they are used: increasing stamps, poses that do not jump, images with depth.
 
 A frame that is refused is named, changes nothing in the map, and does not renew its age: the safety monitor sees the
 data grow old.
@@ -38,10 +38,10 @@ REASONS = {
 
 
 class StreamParams(eqx.Module):
-    """What a frame must keep to. Our choice."""
+    """Limits within which a frame is accepted. Our choice."""
 
     least_share: Scalar = 0.05
-    """Share of tiles with depth under which a frame says nothing [1]."""
+    """Share of tiles with depth under which a frame is refused [1]."""
     top_speed: Scalar = 2.0
     """Speed of a camera beyond which its pose has leapt [m/s]."""
     top_turn: Scalar = 4.0

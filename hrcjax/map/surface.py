@@ -78,7 +78,7 @@ class Surface(eqx.Module):
     height: Float[Array, ""]
     """Of the place over the surface, on the side of the viewpoint [m]."""
     reasons: Int[Array, ""]
-    """Bits of why nothing of this may be used; 0: it may. See `describe_surface`."""
+    """Bits of why this result may not be used; 0: it may. See `describe_surface`."""
 
 
 def describe_surface(reasons: int) -> str:
@@ -105,7 +105,7 @@ def fit_surface(cloud: Cloud, x: Vector3, viewpoint: Vector3, length_scale: Scal
     Derivatives are finite. The lumped weights are those of this length scale among the points of the cloud.
 
     Args:
-        cloud: the points about x, at least to 2.5 length scales.
+        cloud: the points near x, at least to 2.5 length scales.
         x: on the surface, or within half a length scale of it [m].
         viewpoint: where the surface was seen from [m].
         length_scale: of the kernel [m].

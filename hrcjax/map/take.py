@@ -25,12 +25,12 @@ proportion [m]."""
 
 
 class FrameParams(eqx.Module):
-    """What happens to an image on its way into the map."""
+    """Parameters of the way of an image into the map."""
 
     map: MapParams = eqx.field(default_factory=MapParams)
     """Fusion, removal, weights."""
     stream: StreamParams = eqx.field(default_factory=StreamParams)
-    """What a frame must keep to."""
+    """Limits within which a frame is accepted."""
     body_scale: Scalar = 1.1
     """The robot's capsules are taken this much thicker; preset of the HRI paper's map [1]."""
     body_pad: Scalar = 0.05
@@ -116,7 +116,7 @@ class MapPoints(NamedTuple):
     label: Int[Array, "point"]
     """NONE, NEW, STATIC or DYNAMIC."""
     unmet: Int[Array, "point"]
-    """Frames in a row that did not meet the point, up to 127: another surface hides it, or nothing was measured."""
+    """Frames in a row that did not observe the point, up to 127: it was occluded, or nothing was measured there."""
     more: Bool[Array, ""]
     """True if there were more points than places."""
 

@@ -1,8 +1,9 @@
-"""One depth image in tiles of some pixels: the mean point of each tile and how far it is seen through."""
+"""One depth image in tiles of some pixels: the mean point of each tile and how far its rays are free."""
 
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.numerics import require_floating
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Scalar
 
@@ -12,12 +13,12 @@ LEAST_PIXELS = 4
 """Pixels of a tile that must lie near its reference for the tile to count, or three quarters of all if these are fewer;
 flying pixels hang alone."""
 LEAST_MEASURED = 0.75
-"""Share of a tile's pixels that must be measured for the tile to see through anything: a camera leaves some holes
+"""Share of a tile's pixels that must be measured for the tile to mark free space: a camera leaves some holes
 everywhere, and large ones where it is blind [1]."""
 
 
 FARTHEST = 8.0
-"""What an image says is farther is no measurement, but a sensor's number for none [m]."""
+"""A greater depth is no measurement, but a sensor's code for none [m]."""
 
 
 class View(eqx.Module):
@@ -30,11 +31,11 @@ class View(eqx.Module):
     variance: Float[Array, "tile"]
     """Variance of that point along the ray [m^2]."""
     depth: Float[Array, "row column"]
-    """Least depth of any pixel of a tile: seen through up to here at least; 0 where too few are measured [m]."""
+    """Least depth of any pixel of a tile: its rays are free up to here; 0 where too few are measured [m]."""
     tile: int = eqx.field(static=True, default=TILE)
     """Pixels along the edge of a tile."""
     robot: Bool[Array, "row column"] | None = None
-    """Tiles that show the robot, which hides what is behind it; None: it is not in the picture."""
+    """Tiles that show the robot, which occludes; None: it is not in the picture."""
 
 
 def tile_surface(camera: Camera, view: View) -> Float[Array, "tile 3"]:
@@ -59,14 +60,15 @@ def make_view(
     Args:
         depth: measured; 0 or not finite: no measurement [m].
         noise: standard deviation of a pixel's depth over the square of that depth, s / (f B) [1/m].
-        farthest: what is farther than the camera can see is no measurement [m].
+        farthest: a greater depth is taken for no measurement [m].
         gap: at 1 m and nearer; farther in proportion to the depth [m].
         tile: pixels along the edge of a tile.
-        flying: pixels that are no part of a surface; they still say up to where nothing is.
+        flying: pixels between foreground and background, on no surface; their rays still mark free space.
 
     Raises:
         ValueError: an image smaller than a tile.
     """
+    require_floating("make_view", depth=depth)
     if min(depth.shape) < tile:
         raise ValueError(f"image of {depth.shape} pixels (rows, columns): accepted are {tile} x {tile} and more")
     h, w = depth.shape[0] // tile, depth.shape[1] // tile

@@ -1,4 +1,4 @@
-"""What a camera can see of a map: blocks in its frustum, and points that its image sees through."""
+"""What a camera can see of a map: blocks in its frustum, and points in its free space."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ _HALF_DIAGONAL = 3**0.5 / 2
 
 
 def blocks_in_view(layout: MapLayout, params: MapParams, blocks: Level, camera: Camera) -> Bool[Array, "slot"]:
-    """True where the ball about a block touches the camera's frustum."""
+    """True where the circumscribed ball of a block touches the camera's frustum."""
     dtype, edge = blocks.rows.dtype, layout.edge_of(0)
     centre = jnp.asarray(layout.lower, dtype) + (blocks.place - REACH).astype(dtype) * edge + edge / 2
     x, y, z = jnp.moveaxis((centre - camera.position) @ camera.rotation, 1, 0)
@@ -38,7 +38,7 @@ class Look(NamedTuple):
     met: Bool[Array, "*n"]
     """It meets something at the point's depth."""
     unmet: Bool[Array, "*n"]
-    """Another surface than the robot's lies before the point, or nothing is measured there."""
+    """The point is occluded, by other than the robot, or nothing is measured there."""
     depth: Float[Array, "*n"]
     """Of the point, in the camera [m]."""
 
@@ -46,7 +46,7 @@ class Look(NamedTuple):
 def look_along(
     params: MapParams, camera: Camera, view: View, x: Float[Array, "*n"], y: Float[Array, "*n"], z: Float[Array, "*n"]
 ) -> Look:
-    """What the image says at points. A tile with too few pixels measured says nothing, nor does a nearer surface.
+    """Whether points are in free space, observed or occluded. A tile with too few measured pixels marks no free space.
 
     Args:
         x, y, z: coordinates of points in the world [m].

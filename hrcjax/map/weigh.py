@@ -1,4 +1,4 @@
-"""Lumped weights of the points of blocks: one over the sum of the kernel over all points about."""
+"""Lumped weights of the points of blocks: one over the sum of the kernel over all points near."""
 
 from typing import Any
 
@@ -15,11 +15,11 @@ from hrcjax.typing import Array, Bool, Float, Int
 ROUND = 128
 """Blocks of level 0 that are fitted together."""
 HALO = 2
-"""Voxels about a block whose points count; farther ones are more than 2 spacings away, at 0.7 spacings exp(-4.1)."""
+"""Voxels around a block whose points count; farther ones are more than 2 spacings away, at 0.7 spacings exp(-4.1)."""
 
 
 def block_grid(blocks: Level, place: Int[Array, "block 3"]) -> Float[Array, "channel x y z block"]:
-    """Points and weights of blocks and of HALO voxels about them, voxel by voxel; weight 0: no point."""
+    """Points and weights of blocks and of HALO voxels around them, voxel by voxel; weight 0: no point."""
     rows = blocks.rows.at[slots_around(blocks, place)].get(mode="fill", fill_value=0)
     count = place.shape[0]
     grid = rows.reshape(count, 3, 3, 3, 4, EDGE, EDGE, EDGE)
@@ -60,7 +60,7 @@ def lumped_weights(
 def next_in_turn(
     layout: MapLayout, level: int, stale: Bool[Array, "slot"], turn: Int[Array, ""]
 ) -> tuple[Int[Array, "block"], Int[Array, ""]]:
-    """Slots of the stale blocks that are fitted now (the capacity: none), and at which slot it goes on.
+    """Slots of the stale blocks that are fitted now (the capacity: none), and at which slot to continue.
 
     Args:
         turn: slot to begin at.
@@ -78,7 +78,7 @@ def refit(
     turn: Int[Array, "level"],
     params: MapParams,
 ) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
-    """Fits the weights of some stale blocks of each level, in turn, so that all come to be fitted: rounds of ROUND blocks,
+    """Fits the weights of some stale blocks of each level, round robin, so that all come to be fitted: rounds of ROUND blocks,
     up to `layout.refitted`; none if nothing is stale.
 
     Returns:

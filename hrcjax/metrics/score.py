@@ -162,7 +162,7 @@ def time_to_collision(
     Args:
         separation: distance to the person [m].
         closing_speed: V_r + V_h, positive for an approach [m/s].
-        horizon: largest time looked at [s].
+        horizon: largest time to collision; longer ones count as this [s].
     """
     gap = jnp.maximum(separation, 0.0)
     soon = (closing_speed > 0) & (gap < closing_speed * horizon)

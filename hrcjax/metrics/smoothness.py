@@ -102,7 +102,7 @@ def spectral_arc_length(
         speed: of the tool [m/s].
         rate: samples per second [1/s].
         mask: samples that count; the others are taken as standing.
-        cutoff: highest frequency looked at [1/s].
+        cutoff: highest frequency of the spectrum used [1/s].
         threshold: of the normalised spectrum; the curve ends with the last frequency that reaches it [1].
         padding: the transform has 2^padding times the next power of two of samples.
     """

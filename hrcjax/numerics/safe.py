@@ -6,13 +6,13 @@ from hrcjax.typing import Array, Float, Scalar
 
 
 def safe_sqrt(x: Float[Array, "..."]) -> Float[Array, "..."]:
-    """Square root, element by element: 0 with derivative 0 where x <= 0."""
-    positive = x > 0
-    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1)), 0)
+    """Square root, element by element: 0 with derivative 0 where x <= 0. NaN stays NaN."""
+    none = x <= 0
+    return jnp.where(none, 0, jnp.sqrt(jnp.where(none, 1, x)))
 
 
 def safe_norm(x: Float[Array, "... n"]) -> Float[Array, "..."]:
-    """Euclidean norm over the last axis: 0 with derivative 0 at the origin."""
+    """Euclidean norm over the last axis: 0 with derivative 0 at the origin. NaN stays NaN."""
     return safe_sqrt(jnp.sum(x * x, axis=-1))
 
 

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.numerics import safe_divide, safe_norm
+from hrcjax.numerics import require_floating, safe_divide, safe_norm
 from hrcjax.typing import Array, Float, Scalar, Vector3
 
 _GAUSS = ((0.5 - 0.15**0.5, 5 / 18), (0.5, 8 / 18), (0.5 + 0.15**0.5, 5 / 18))
@@ -53,6 +53,7 @@ def path_curve(waypoints: Float[Array, "waypoint 3"]) -> PathCurve:
     Raises:
         ValueError: fewer than 3 waypoints.
     """
+    require_floating("path_curve", waypoints=waypoints)
     count = waypoints.shape[0]
     if count < 3:
         raise ValueError(f"no curve through {count} waypoints; accepted are 3 or more")

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.numerics import ldl_factor, ldl_solve, safe_norm
+from hrcjax.numerics import ldl_factor, ldl_solve, require_floating, safe_norm
 from hrcjax.plan.params import PotentialParams
 from hrcjax.plan.potential import (
     DistancesFn,
@@ -83,6 +83,7 @@ def potential_path(
     Raises:
         ValueError: steps < 1.
     """
+    require_floating("potential_path", start=start, goal=goal)
     if steps < 1:
         raise ValueError(f"steps is {steps}; accepted is 1 or more")
 

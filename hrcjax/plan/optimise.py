@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.geom.length import length
+from hrcjax.numerics import require_floating
 from hrcjax.plan.band import band_solve
 from hrcjax.plan.curve import equally_spaced
 from hrcjax.plan.half_spaces import HalfSpaces, attainable_gap, half_spaces, push_back
@@ -20,7 +21,7 @@ from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 _WAVE = (4 * math.pi) ** 2
 """Square of the wave number, times the length of the path, at which constraint and path are compared."""
 _MOVES = 2
-"""Newton steps for each look at the obstacles."""
+"""Newton steps for each evaluation of the obstacles' distances."""
 _SMOOTHING = 16.0
 """Weight of the squared second differences in smoothing the guess: waves shorter than 13 segments are damped."""
 _LONG = (1.25, 1.5)
@@ -176,7 +177,7 @@ def optimise_path(
     Newton's method on the objective with a smooth penalty that stiffens towards the constraints: one band matrix a
     step. An obstacle is a half-space through its nearest point, which is on the safe side of a convex one. The
     distances are asked for at the waypoints and midway between them. Which side of an obstacle the path takes is that
-    of the given path, smoothed. If the distances cannot be kept the path tends to the least violation, and says so.
+    of the given path, smoothed. If the distances cannot be kept the path tends to the least violation, and the status tells it.
     Differentiable by unrolling.
 
     Args:
@@ -193,6 +194,7 @@ def optimise_path(
     Raises:
         ValueError: fewer than 4 waypoints, or negative iterations.
     """
+    require_floating("optimise_path", waypoints=waypoints)
     if waypoints.shape[0] < 4 or iterations < 0:
         raise ValueError(
             f"{waypoints.shape[0]} waypoints, {iterations} iterations; accepted are at least 4 waypoints, 0 iterations"

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
+from hrcjax.numerics import require_floating, safe_divide, safe_norm, safe_sqrt
 from hrcjax.plan.params import PotentialParams
 from hrcjax.typing import Array, Float, Scalar, Vector3
 
@@ -77,6 +77,7 @@ def potential(
         radius: radius of each obstacle; it repels within zeta times this of its surface [m].
         scaled: False leaves out the d_factor.
     """
+    require_floating("potential", q=q, goal=goal)
     factor = d_factor(params, q, goal, scaled)
     repulsive = repulsive_potentials(params, distances(q), params.zeta * radius, factor)
     return attractive_potential(params, q, goal) + jnp.sum(repulsive)  # eq. 1b

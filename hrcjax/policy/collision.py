@@ -8,7 +8,7 @@ from hrcjax.typing import Array, Float, Scalar, Vector3
 
 
 class CollisionParams(eqx.Module):
-    """Numbers of the collision leaf: those of the human-robot system of reference page 2, where not noted."""
+    """Numbers of the collision leaf: those of the HRI paper's system, where not noted."""
 
     k_rep: float = 0.8
     """Push at contact [m/s^2]."""
@@ -46,7 +46,7 @@ def collision(params: CollisionParams, d: Scalar, g: Vector3, xd: Vector3) -> tu
 
     Not finite if: d is not; s_rep, s_damp, r_act or v_gate is 0.
 
-    Source: reference page 2, "Collision", with two choices. The gate there acts on each axis of xd, so it depends on
+    Source: the HRI paper's system, see docs/references.md, with two choices. The gate there acts on each axis of xd, so it depends on
     the frame; here it acts on g . xd, the speed away from the obstacle. Of the two metrics given, 1 - d / r_act and
     its square, this is the square: it ends without a kink. Inside contact d stops mattering: its derivative is 0.
     """

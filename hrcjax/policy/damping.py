@@ -7,7 +7,7 @@ from hrcjax.typing import Array, Float
 
 
 class DampingParams(eqx.Module):
-    """Numbers of the joint damping. Reference page 2 gives the form and no numbers."""
+    """Numbers of the joint damping. The HRI paper's system gives the form and no numbers."""
 
     k: float = 1.0
     """Damping: the kd of the target leaf, so that joints which serve no target come to rest at the same rate [1/s]."""
@@ -24,7 +24,7 @@ def damping(params: DampingParams, qd: Float[Array, ""]) -> tuple[Float[Array, "
     Returns:
         the metric M [1] and the acceleration a [rad/s^2].
 
-    Source: reference page 2, "Joint damping".
+    Source: the HRI paper's system, see docs/references.md.
     """
     a = -params.k * qd
     return jnp.full_like(a, params.weight), a

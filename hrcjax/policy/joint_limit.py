@@ -8,8 +8,8 @@ from hrcjax.typing import Array, Float
 
 
 class JointLimitParams(eqx.Module):
-    """Numbers of the joint-limit leaf: those RMP2 (Li et al. 2021) publishes for its arm; the human-robot system of
-    reference page 2 has this leaf, but off (metric 0)."""
+    """Numbers of the joint-limit leaf: those RMP2 (Li et al. 2021) publishes for its arm; the HRI paper's
+    system has this leaf, but off (metric 0)."""
 
     metric: float = 0.1
     """Metric at the distance (1 - metric_eps) metric_length when approaching fast [1]."""
@@ -46,7 +46,7 @@ def joint_limit(
 
     Not finite if: a length, an eps or v_gate is 0.
 
-    Source: reference page 2, "Joint limits"; the same leaf is in the documentation of RMPflow's implementations.
+    Source: the HRI paper's system, see docs/references.md; the same leaf is in the documentation of RMPflow's implementations.
     """
     room = jnp.maximum(x, 0.0)
     gate = jax.nn.sigmoid(-xd / params.v_gate)  # 1 - sigmoid(xd / v)

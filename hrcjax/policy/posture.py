@@ -8,7 +8,7 @@ from hrcjax.typing import Array, Float, Joints
 
 
 class PostureParams(eqx.Module):
-    """Numbers of the posture leaf: gains of RMP2 (Li et al. 2021). The human-robot system of reference page 2 has it
+    """Numbers of the posture leaf: gains of RMP2 (Li et al. 2021). The HRI paper's system has it
     off, and so has this default."""
 
     weight: float = 0.0

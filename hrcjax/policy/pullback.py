@@ -42,7 +42,7 @@ def pullback(
         M: symmetric metric of the task; only used, not checked.
         a: desired acceleration of the task.
 
-    Source: reference page 2, "Combination".
+    Source: the HRI paper's system, see docs/references.md.
     """
     return pullback_points(J[None], Jd_qd[None], M[None], a[None])
 
@@ -104,7 +104,7 @@ def pullback_joints(m: Float[Array, "joint"], a: Float[Array, "joint"]) -> Pulle
 
 
 def pull(phi: TaskMap, leaf: Leaf, q: Joints, qd: Joints) -> Pulled:
-    """The pullback of any leaf through any differentiable map, its derivatives taken by machine.
+    """The pullback of any leaf through any differentiable map, by automatic differentiation.
 
     The general definition, for leaves and maps of the user's own; slower than `pullback` with a Jacobian at hand.
 

@@ -9,7 +9,7 @@ from hrcjax.typing import Array, Float
 
 
 class ResolveParams(eqx.Module):
-    """Numbers of the resolution: those of the authors' code, reference page 2."""
+    """Numbers of the resolution: those of the HRI paper's published program."""
 
     regularisation: float = 1e-3
     """Added to the diagonal of the scaled metric; draws directions that no leaf cares for to rest [1]."""
@@ -22,7 +22,7 @@ def resolve(params: ResolveParams, pulled: Pulled) -> Float[Array, "joint"]:
 
     Not finite if: r is 0 and M singular.
 
-    Source: reference page 2, "Combination".
+    Source: the HRI paper's system, see docs/references.md.
     """
     # The largest entry of a positive semi-definite matrix is on its diagonal.
     s = jnp.maximum(params.scale * jnp.max(jnp.diagonal(pulled.M)), 1.0)

@@ -7,7 +7,7 @@ from hrcjax.typing import Array, Float
 
 
 class SpeedCapParams(eqx.Module):
-    """Numbers of the speed cap: those of the human-robot system of reference page 2, where not noted."""
+    """Numbers of the speed cap: those of the HRI paper's system, where not noted."""
 
     v_max: float = 1.7
     """Top speed [rad/s]."""
@@ -33,7 +33,7 @@ def speed_cap(params: SpeedCapParams, qd: Float[Array, ""]) -> tuple[Float[Array
 
     Not finite if: region is 0 or ratio_max is 1.
 
-    Source: reference page 2, "Joint speed cap".
+    Source: the HRI paper's system, see docs/references.md.
     """
     excess = jnp.abs(qd) - (params.v_max - params.region)
     ratio = jnp.clip(excess / params.region, 0.0, params.ratio_max)

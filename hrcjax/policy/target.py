@@ -8,7 +8,7 @@ from hrcjax.typing import Array, Float, Vector3
 
 
 class TargetParams(eqx.Module):
-    """Numbers of the target leaf: those of the human-robot system of reference page 2 (UR5e with a gripper)."""
+    """Numbers of the target leaf: those of the HRI paper's system (UR5e with a gripper)."""
 
     kp: float = 0.5
     """Pull far from the goal; kp / kd is the cruising speed [m/s^2]."""
@@ -54,7 +54,7 @@ def target(
 
     Not finite if: eps or length is 0.
 
-    Source: reference page 2, "Target"; RMP2 (Li et al. 2021) publishes the same leaf without the ramp. The pull has a
+    Source: the HRI paper's system, see docs/references.md; RMP2 (Li et al. 2021) publishes the same leaf without the ramp. The pull has a
     kink at |goal - x| = 1 / ramp; elsewhere, at the goal too, both values are differentiable.
     """
     delta = goal - x

@@ -9,7 +9,7 @@ from hrcjax.robot.body import Arm, tool_frame
 from hrcjax.robot.kinematics import link_frames, point_jacobians
 from hrcjax.typing import Array, Float, Joints, Matrix3, Vector3
 
-REACH = 0.3
+LEVER = 0.3
 """Length that weighs an angle against a distance: 1 rad counts as this much [m]."""
 LONGEST_STEP = 0.5
 """Largest change of the joints in one iteration, as a norm [rad]."""
@@ -36,7 +36,7 @@ def rotation_error(R_to: Matrix3, R_from: Matrix3) -> Vector3:
 
 
 def _tool_jacobian(arm: Arm, q: Joints) -> Float[Array, "6 joint"]:
-    """Velocity of the tool point, and REACH times its angular velocity, by the joint speeds."""
+    """Velocity of the tool point, and LEVER times its angular velocity, by the joint speeds."""
     size = arm.chain.size
     link = (arm.tool_link,)
     linear = point_jacobians(arm.chain, q, link, arm.tool_offset[None])[0]
@@ -45,7 +45,7 @@ def _tool_jacobian(arm: Arm, q: Joints) -> Float[Array, "6 joint"]:
         "iab,ib->ai", R, jnp.asarray(arm.chain.link_rotation[:, 2, :], q.dtype)
     )  # joint axes, in the world
     moved = jnp.asarray(np.arange(size) <= arm.tool_link)
-    return jnp.concatenate([linear, REACH * jnp.where(moved, axes, 0)])
+    return jnp.concatenate([linear, LEVER * jnp.where(moved, axes, 0)])
 
 
 def inverse_kinematics(
@@ -55,7 +55,7 @@ def inverse_kinematics(
 
     Levenberg-Marquardt: the damping falls after a step that helped and grows after one that did not, which is then
     not taken. Of the many solutions the guess decides which; where none is found the nearest pose seen is returned
-    with its errors. Limits of the joints are not looked at.
+    with its errors. Joint limits are ignored.
 
     Args:
         R: axes of the tool in the world.
@@ -69,7 +69,7 @@ def inverse_kinematics(
 
     def error(q: Joints) -> Float[Array, "6"]:
         R_now, p_now = tool_frame(arm, q)
-        return jnp.concatenate([p - p_now, REACH * rotation_error(R, R_now)])
+        return jnp.concatenate([p - p_now, LEVER * rotation_error(R, R_now)])
 
     def iterate(carry: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
         q, e, damping = carry
@@ -84,4 +84,4 @@ def inverse_kinematics(
 
     start = (q_guess, error(q_guess), jnp.asarray(1e-2, q_guess.dtype))
     (q, e, _), _ = jax.lax.scan(iterate, start, length=iterations)
-    return q, safe_norm(e[:3]), safe_norm(e[3:]) / REACH
+    return q, safe_norm(e[:3]), safe_norm(e[3:]) / LEVER

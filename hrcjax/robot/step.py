@@ -68,7 +68,7 @@ def limit_torque(arm: Arm, tau: Joints) -> tuple[Joints, Bool[Array, "joint"]]:
 def step(arm: Arm, state: ArmState, tau: Joints, dt: float, backend: str = "folded") -> ArmState:
     """The state one step later: semi-implicit Euler as MuJoCo has it, qd += dt qdd, then q += dt qd.
 
-    Torques are taken as they are; `limit_torque` cuts them to what the motors give, and says so.
+    Torques are not limited here; `limit_torque` clips them to the motors' limits and tells which.
 
     Args:
         tau: torques about the joints, held over the step [N m].

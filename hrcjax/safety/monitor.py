@@ -43,7 +43,7 @@ class SafetyDecision(eqx.Module):
     hold: Bool[Array, ""]
     """Stand still in every direction: the data can't be trusted."""
     reasons: Int[Array, ""]
-    """Bits of why the robot is stopped; 0 exactly where the zone is not STOP. Words: `describe`."""
+    """Bits of why the robot is stopped; 0 exactly where the zone is not STOP. In words: `describe`."""
 
 
 def monitor(

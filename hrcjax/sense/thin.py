@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.geom.cloud import Cloud
+from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Scalar, Vector3
 
 _BITS = 10
@@ -30,6 +31,7 @@ def thin(
     Raises:
         ValueError: a capacity under 1.
     """
+    require_floating("thin", points=cloud.points)
     if capacity < 1:
         raise ValueError(f"capacity {capacity} must be at least 1")
     points, count = cloud.points, cloud.points.shape[0]

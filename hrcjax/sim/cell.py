@@ -15,7 +15,7 @@ from hrcjax.typing import Array, Float, Int, Joints
 from hrcjax.world import Person, Scene
 
 TOOL_REACH = 0.5
-"""Distance of the two points that fix the tool's orientation, along its x and y axes [m]."""
+"""Distance of the two points that fix the tool's orientation, along its x and y axes (as in the HRI paper's system) [m]."""
 
 
 class World(eqx.Module):

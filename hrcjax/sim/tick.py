@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.plan import PathCurve
 from hrcjax.policy import JointLimits, limit_acceleration
@@ -20,6 +21,12 @@ from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vect
 NOT_FINITE_COMMAND = 1
 TORQUE_LIMITED = 2
 NOT_FINITE_TORQUE = 4
+STATUS_WORDS = {
+    NOT_FINITE_COMMAND: "command not finite",
+    TORQUE_LIMITED: "torque limited",
+    NOT_FINITE_TORQUE: "torque not finite",
+}
+"""Words of a tick's status, for `hrcjax.bits.words`."""
 
 
 class TickState(eqx.Module):
@@ -74,7 +81,7 @@ class Record(eqx.Module):
     reasons: Int[Array, "*time"]
     """Bits of why the arm was stopped; words by `hrcjax.safety.describe`."""
     status: Int[Array, "*time"]
-    """Bits: NOT_FINITE_COMMAND 1, TORQUE_LIMITED 2, NOT_FINITE_TORQUE 4."""
+    """Bits of what the guards had to do; words: `STATUS_WORDS`."""
 
 
 def joint_limits(cell: Cell, dtype: jnp.dtype) -> JointLimits:
@@ -145,11 +152,7 @@ def tick(
     bad = bad | unbounded
 
     arm, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
-    status = (
-        jnp.where(bad, NOT_FINITE_COMMAND, 0)
-        | jnp.where(torque_limited, TORQUE_LIMITED, 0)
-        | jnp.where(torque_bad, NOT_FINITE_TORQUE, 0)
-    )
+    status = pack({NOT_FINITE_COMMAND: bad, TORQUE_LIMITED: torque_limited, NOT_FINITE_TORQUE: torque_bad})
     record = Record(
         q=q,
         qd=qd,
@@ -164,7 +167,7 @@ def tick(
         speed_limit=decision.speed_limit,
         zone=decision.zone,
         reasons=decision.reasons,
-        status=status.astype(jnp.int32),
+        status=status,
     )
     return TickState(arm, clock, memory), record
 

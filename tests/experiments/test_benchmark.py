@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from experiments.benchmark.__main__ import SECTIONS, main
+from experiments.benchmark.page import BARS, page
 
 ROWS = {"arm steps": {"value": 1234567.8, "unit": "steps/s"}, "ratio": {"value": 2.345, "unit": "x mjx"}}
 
@@ -41,10 +42,13 @@ def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["legs"], "no section 'legs'; accepted: arm, field, grad, sweep, map, all"),
+        (["legs"], "no section 'legs'; accepted: arm, field, grad, sweep, map, all, page"),
         ([], "Missing from python -m experiments.benchmark"),
         (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
         (["arm", "--json", "none/b.json"], "no folder none"),
+        (["arm", "--page", "none/b.md"], "no folder none for --page"),
+        (["page", "--page", "b.md"], "section page needs --json with the rows and --page"),
+        (["page", "--page", "b.md", "--json", "new.json"], "holds no rows"),
         (["arm", "--json", "broken.json"], "cannot be read as JSON"),
         (["arm", "--json", "list.json"], "holds no benchmark sections"),
     ],
@@ -71,3 +75,26 @@ def test_a_section_that_is_not_there(monkeypatch: pytest.MonkeyPatch, capsys: py
     monkeypatch.setattr("experiments.benchmark.__main__.importlib.import_module", absent)
     assert main(["arm"]) == 2
     assert "section arm has no module experiments.benchmark.arm" in capsys.readouterr().err
+
+
+def test_page_is_written_from_the_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also from a file, without measuring: bars kept and missed, and what the section's docstring says."""
+    monkeypatch.setattr("experiments.benchmark.__main__.run_section", lambda name: pytest.fail("measured"))
+    rows = {"ratio_to_serial": {"value": 15.0, "unit": "1"}, "ticks_per_s": {"value": 30512.4, "unit": "1/s"}}
+    slow = {"compile_s": {"value": 60.0, "unit": "s"}}
+    file, written = tmp_path / "b.json", tmp_path / "b.md"
+    file.write_text(json.dumps({"sweep": rows, "grad": slow, "mine": {"x": {"value": 1, "unit": "m"}}}))
+    assert main(["page", "--json", str(file), "--page", str(written)]) == 0
+    text = written.read_text()
+    assert "| ratio_to_serial | 15 | 1 | >= 15 | yes |" in text
+    assert "| ticks_per_s | 30,512 | 1/s | - | - |" in text
+    assert "| compile_s | 60 | s | < 60 | **no** |" in text
+    assert "C MuJoCo, NumPy and SciPy, in float64" in text and "## mine" in text
+
+
+def test_page_of_the_docs_is_that_of_its_rows() -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    results = json.loads((docs / "benchmarks.json").read_text())
+    assert (docs / "benchmarks.md").read_text() == page(results), "run: python -m experiments.benchmark page --json ..."
+    missing = {(s, row) for s, bars in BARS.items() for row in bars if row not in results[s]}
+    assert not missing

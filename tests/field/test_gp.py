@@ -28,7 +28,7 @@ from hrcjax.field import fit_exact as eager_fit_exact
 from hrcjax.field import gradient as eager_gradient
 from hrcjax.field import hessian as eager_hessian
 from hrcjax.field import log_occupancy as eager_log_occupancy
-from hrcjax.geom.cloud import Cloud
+from hrcjax.geom.cloud import Cloud, drop_not_finite
 
 distance, gradient, hessian = jax.jit(eager_distance), jax.jit(eager_gradient), jax.jit(eager_hessian)
 distance_and_gradient, log_occupancy = jax.jit(eager_distance_and_gradient), jax.jit(eager_log_occupancy)
@@ -293,3 +293,21 @@ def test_batches_and_errors():
         eager_fit(stacked, PARAMS)
     with pytest.raises(ValueError, match="accepted: one cloud"):
         eager_fit_exact(stacked, PARAMS)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_point_that_is_not_finite_is_never_free_space(bad) -> None:
+    """Refused by name where it is known; where the cloud is traced every distance is NaN, which stops the arm."""
+    good = cloud(sphere(60, 0.1))
+    spoilt = Cloud(good.points.at[3, 1].set(bad), good.mask)
+    for fitted in (eager_fit, lambda *a: eager_fit_exact(*a)[0]):
+        with pytest.raises(ValueError, match="1 of 60 points under the mask are not finite"):
+            fitted(spoilt, PARAMS)
+    x = jnp.asarray([0.3, 0.0, 0.0], good.points.dtype)
+    for field in (fit(spoilt, PARAMS), fit_exact(spoilt, PARAMS)[0]):
+        assert np.isnan(distance(field, x)) and np.isnan(distance_and_gradient(field, x)[0])
+    hidden = Cloud(spoilt.points, good.mask.at[3].set(False))
+    assert np.isfinite(eager_distance(eager_fit(drop_not_finite(spoilt)[0], PARAMS), x))
+    kept, dropped = drop_not_finite(spoilt)
+    assert int(dropped) == 1 and int(jnp.sum(kept.mask)) == 59 and bool(jnp.all(jnp.isfinite(kept.points)))
+    assert int(drop_not_finite(hidden)[1]) == 0

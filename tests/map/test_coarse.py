@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hrcjax.map import MapLayout, MapParams
-from hrcjax.map.coarse import Changed, follow
+from hrcjax.map.coarse import Changed, update_coarse
 from hrcjax.map.layout import REACH, VOXELS
 from hrcjax.map.level import empty_level
 
@@ -36,7 +36,7 @@ def middle(place) -> tuple[float, ...]:
 def known():
     """Three coarse blocks with a point each, all fitted."""
     capacity = LAYOUT.capacity_of(1)
-    level, extent, stale, lost, _ = follow(
+    level, extent, stale, lost, _ = update_coarse(
         LAYOUT, 1, empty_level(LAYOUT, 1), jnp.zeros((capacity, VOXELS), jnp.float32), jnp.zeros(capacity, bool),
         changed((HERE, BESIDE, FAR), (middle(HERE), middle(BESIDE), middle(FAR))), MapParams(),
     )  # fmt: skip
@@ -58,7 +58,7 @@ def known():
 def test_neighbours_are_fitted_where_points_came_or_went(known, place, point, expected: set[int]) -> None:
     level, extent = known
     capacity = LAYOUT.capacity_of(1)
-    after, _, stale, _, _ = follow(
+    after, _, stale, _, _ = update_coarse(
         LAYOUT, 1, level, extent, jnp.zeros(capacity, bool), changed((place,), (point,)), MapParams()
     )
     found = {int(after.place[k][0]) - REACH for k in np.flatnonzero(np.asarray(stale))}

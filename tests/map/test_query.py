@@ -8,7 +8,15 @@ from scipy.spatial import cKDTree
 
 from hrcjax.field import FAR, FieldParams, distance, fit
 from hrcjax.geom.cloud import Cloud
-from hrcjax.map import MapParams, View, empty_map, local_field, map_distance, map_distance_and_gradient
+from hrcjax.map import (
+    MapParams,
+    View,
+    empty_map,
+    local_field,
+    map_distance,
+    map_distance_and_gradient,
+    map_distances_and_gradients,
+)
 from hrcjax.sense import d435i
 
 PARAMS = MapParams()
@@ -50,7 +58,7 @@ def kept(levels) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def read(layout, levels):
-    return jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x)))
+    return jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x, corrected=False)))
 
 
 def queries(kept: np.ndarray, near: float, far: float, count: int = 400) -> np.ndarray:
@@ -118,6 +126,25 @@ def test_far_away_it_is_finite_and_points_away(read, kept) -> None:
         away = (x - kept[index]) / truth[:, None]
         assert (np.sum(g * away, axis=1) > 0.9 * np.linalg.norm(g, axis=1)).all()
         np.testing.assert_allclose(np.linalg.norm(g, axis=1), 1.0, atol=0.6)  # the length is off where levels blend
+
+
+def test_all_readings_agree_and_are_corrected_by_default(layout, levels, kept) -> None:
+    """One keyword, one default, whichever function of the family is asked."""
+    x = jnp.asarray(kept[::400] + np.array([0.02, 0.03, 0.08]), jnp.float32)
+    one = {
+        "map_distance": lambda x, **how: jax.value_and_grad(lambda p: map_distance(layout, levels, 0.7, p, **how))(x),
+        "map_distance_and_gradient": lambda x, **how: map_distance_and_gradient(layout, levels, 0.7, x, **how),
+    }
+    for how in ({"corrected": False}, {"corrected": True}, {}):
+        found = {name: jax.jit(jax.vmap(lambda x, f=f, how=how: f(x, **how)))(x) for name, f in one.items()}
+        found["many"] = jax.jit(lambda x, how=how: map_distances_and_gradients(layout, levels, 0.7, x, **how))(x)
+        d, g = found["map_distance"]
+        for name, (value, slope) in found.items():
+            np.testing.assert_allclose(value, d, atol=1e-5, err_msg=f"{name} {how}")
+            np.testing.assert_allclose(slope, g, atol=1e-3, err_msg=f"{name} {how}")
+        if how.get("corrected") is False:
+            plain = d
+    assert np.abs(plain - d).max() > 1e-3  # the last ones, by default, are not the plain ones
 
 
 def test_curvature_is_corrected(layout, levels, kept, read) -> None:

@@ -72,10 +72,10 @@ def test_points_on_the_host_are_those_of_the_program() -> None:
 
 def test_a_frame_reports_what_it_measured_and_what_does_not_count() -> None:
     state, camera = empty_map(FEW), d435i(jnp.zeros(3, jnp.float32), jnp.asarray([0.0, 1.0, 0.0], jnp.float32), 20)
-    depths = jnp.asarray([0.1, 1.0, 2.0, 5.0, 1.5], jnp.float32)
+    depths = jnp.asarray([0.1, 1.0, 2.0, 2.5, 5.0, 1.5], jnp.float32)
     points = camera.position + depths[:, None] * camera.rotation[:, 2]
-    mask = jnp.asarray([True, True, True, True, False])
+    mask = jnp.asarray([True, True, True, True, True, False])
     tiles = (camera.height // 4, camera.width // 4)
-    view = View(points.astype(jnp.float32), mask, jnp.full(5, 1e-4, jnp.float32), jnp.zeros(tiles, jnp.float32))
+    view = View(points.astype(jnp.float32), mask, jnp.full(6, 1e-4, jnp.float32), jnp.zeros(tiles, jnp.float32))
     _, report = jax.jit(lambda state, view: fuse(FEW, MapParams(), state, camera, view))(state, view)
-    assert int(report.measured) == 4 and int(report.beyond) == 2
+    assert int(report.measured) == 5 and int(report.beyond) == 2

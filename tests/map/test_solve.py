@@ -40,7 +40,7 @@ def places():
 def test_lumped_and_exact_agree_on_regular_samples(layout, flat, places):
     ratio = MapParams().ratio
     exact = jax.jit(jax.vmap(lambda x: exact_distance_and_gradient(layout, flat.levels, x, ratio)))
-    lumped = jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, flat.levels, ratio, x)))
+    lumped = jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, flat.levels, ratio, x, corrected=False)))
     (d, g), (d_lumped, g_lumped) = exact(places), lumped(places)
     assert np.max(np.abs(d - d_lumped)) < 2e-3
     assert np.max(np.abs(d - (places[:, 2] - SPACING / 2))) < 2e-3

@@ -33,3 +33,8 @@ def test_derivatives_elsewhere_are_the_true_ones():
     check_grads(jax.jit(safe_norm), (x,), order=2)
     check_grads(jax.jit(unit), (x,), order=2)
     check_grads(jax.jit(lambda a: safe_divide(a[0], a[1])), (x,), order=2)
+
+
+def test_nan_stays_nan():
+    """A speed that is not a number must not read as standing still."""
+    assert np.isnan(safe_sqrt(jnp.asarray(jnp.nan))) and np.isnan(safe_norm(jnp.asarray([0.0, jnp.nan])))

@@ -120,3 +120,16 @@ def test_support_drops_lone_pixels_and_keeps_surfaces(dtype):
     assert kept[0, 0] and kept[2, 0] and kept[2, 2] and kept[3, 5]
     assert not np.asarray(supported(jnp.full((3, 3), np.inf, dtype))).any()
     assert np.asarray(supported(jnp.asarray(depth, dtype), 0.5, 1.0))[depth > 0].all()
+
+
+def test_points_that_are_not_a_number_do_not_vanish():
+    """Nobody knows where they are: neither the robot, nor outside the box, nor the background."""
+    points = jnp.asarray([[0.0, 0.0, 0.0], [jnp.nan, 0.0, 0.0], [0.5, 0.0, 0.0]])
+    cloud = Cloud(points, jnp.ones(3, bool))
+    body = Capsules(jnp.zeros((1, 3)), jnp.zeros((1, 3)), jnp.full(1, 0.1))
+    np.testing.assert_array_equal(remove_body(cloud, body).mask, [False, True, True])
+    np.testing.assert_array_equal(crop(cloud, -0.1 * jnp.ones(3), 0.1 * jnp.ones(3)).mask, [True, True, False])
+    known = Cloud(points[:1], jnp.ones(1, bool))
+    np.testing.assert_array_equal(moved(cloud, known, 0.1).mask, [False, True, True])
+    # and a background point that is nowhere explains nothing
+    np.testing.assert_array_equal(moved(cloud, Cloud(points[:2], jnp.ones(2, bool)), 0.1).mask, [False, True, True])

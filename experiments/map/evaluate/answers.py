@@ -36,7 +36,7 @@ def _ask():
     def ask(state: FieldMap, x: jax.Array) -> tuple[jax.Array, ...]:
         def one(x: jax.Array) -> tuple[jax.Array, ...]:
             d, g = jax.value_and_grad(lambda x: map_distance(LAYOUT, state.levels, PARAMS.ratio, x))(x)
-            plain = map_distance_and_gradient(LAYOUT, state.levels, PARAMS.ratio, x)
+            plain = map_distance_and_gradient(LAYOUT, state.levels, PARAMS.ratio, x, corrected=False)
             return d, g, *plain, distance_bound(LAYOUT, state, PARAMS.ratio, x)
 
         return jax.lax.map(one, x, batch_size=BATCH)
