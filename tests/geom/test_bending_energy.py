@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from jax.test_util import check_grads
 
 from hrcjax.geom.bending_energy import bending_energy
+from hrcjax.reference.measures import path_bending
 
 energy = jax.jit(bending_energy)
 slope = jax.jit(jax.value_and_grad(bending_energy))
@@ -70,6 +71,13 @@ def test_all_waypoints_coincide(dtype):
 def test_derivatives():
     w = arc(0.4, 2.0, 9) + 0.01 * np.random.default_rng(0).normal(size=(9, 3))
     check_grads(energy, (w,), order=2, modes=["fwd", "rev"], rtol=1e-3, atol=1e-3)
+    slope = np.asarray(jax.jit(jax.grad(energy))(jnp.asarray(w)))
+    np.testing.assert_allclose(
+        (slope * w).sum(), -energy(jnp.asarray(w)), rtol=1e-9
+    )  # Euler: twice the size, half of it
+    steps = 1e-6 * np.eye(w.size).reshape(-1, *w.shape)
+    by_numbers = [(path_bending(w + step) - path_bending(w - step)) / 2e-6 for step in steps]
+    np.testing.assert_allclose(slope.ravel(), by_numbers, rtol=1e-5, atol=1e-5)
 
 
 @settings(max_examples=20, deadline=None)

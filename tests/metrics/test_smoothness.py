@@ -169,5 +169,17 @@ def test_derivatives() -> None:
     x = jnp.asarray(X[:12])
     for measure in (jerk_rms, log_dimensionless_jerk, mean_curvature_change):
         check_grads(jax.jit(lambda x, f=measure: f(x, 2.0)), (x,), order=1, modes=["rev"], rtol=1e-2)
+    _known_slopes(x)
     speed = jnp.asarray(np.abs(X[:12, 0]) + 1)
+    assert abs(jax.grad(lambda s: spectral_arc_length(s, 50.0))(speed) @ speed) < 1e-9, "its size does not count"
     check_grads(jax.jit(lambda s: spectral_arc_length(s, 50.0)), (speed,), order=1, modes=["rev"], rtol=1e-2)
+
+
+def _known_slopes(x) -> None:
+    """Of |D x| with the matrix D of third differences; and by Euler: x . slope is the degree times the value."""
+    D = np.diff(np.eye(12), n=3, axis=0) * 2.0**3
+    value = np.sqrt(((D @ x) ** 2).sum() / len(D))
+    np.testing.assert_allclose(jax.grad(lambda x: jerk_rms(x, 2.0))(x), D.T @ (D @ x) / len(D) / value, rtol=1e-9)
+    for measure, degree in ((jerk_rms, 1), (log_dimensionless_jerk, 0), (mean_curvature_change, -1)):
+        value, slope = jax.value_and_grad(lambda x, f=measure: f(x, 2.0))(x)
+        np.testing.assert_allclose(jnp.sum(x * slope), degree * value, rtol=1e-9, atol=1e-9)

@@ -133,6 +133,26 @@ def test_a_person_comes_and_goes(program, cell, at):
     assert ((theirs.approach > theirs.speed_limit) & (theirs.speed_limit > 0)).any(), "the governor must have work"
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_other_parameters_count_alike(program, cell, at, seed):
+    """Every number up to a tenth larger or smaller: one that either loop passed over, or took for another, would show."""
+    params, frames, path = visit(at)
+    random = np.random.default_rng(seed)
+    changed = jax.tree.map(lambda v: v if isinstance(v, bool) else float(v * random.uniform(0.9, 1.1)), params)
+    ours, theirs = both(program, cell, (changed, frames, path))
+    assert_same(ours, theirs)
+    assert np.abs(theirs.q - both(program, cell, (params, frames, path))[1].q).max() > 1e-4
+
+
+def test_a_static_cloud_that_lost_points_holds_the_arm(program, cell, at):
+    params, frames, path = visit(at)
+    ours, theirs = both(
+        program, cell, (params, eqx.tree_at(lambda f: f.static_overflow, frames, jnp.asarray(True)), path)
+    )
+    assert_same(ours, theirs)
+    assert (np.asarray(ours.reasons) & INVALID_FRAME == INVALID_FRAME).all() and (theirs.zone == 3).all()
+
+
 def test_nobody_there_to_the_end_of_the_path(program, cell, at):
     ours, theirs = both(program, cell, alone(at))
     assert_same(ours, theirs)
