@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map import DYNAMIC, NEW, STATIC, FrameReport, MapPoints
-from hrcjax.sense import d435i
+from hrcjax.sense import NoiseParams, d435i
 from hrcjax.sim import sensing
 from hrcjax.sim.sensing import SETUP_FRAMES, SenseParams, sense_sequence
 from hrcjax.world import motion_named, scene_named
@@ -18,6 +19,33 @@ from hrcjax.world import motion_named, scene_named
 FRAMES = 5
 STAMPS = jnp.asarray(1.0 + np.arange(FRAMES) / 30, jnp.float32)
 WHOLE = np.zeros(SETUP_FRAMES + FRAMES)
+
+
+def test_every_image_is_taken_with_its_own_stamp_robot_and_people(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The empty cell before the first stamp, with the robot where it is at first; then each with its own."""
+    camera = d435i(jnp.asarray([1.4, 0.15, 1.3], jnp.float32), jnp.asarray([0.4, 0.5, 0.1], jnp.float32), 16)
+    scene = scene_named("robotica", 0)
+    person = motion_named("stand_and_work", scene, 0, 2.0, 30.0)
+    below = jnp.asarray([0.0, 0.0, -2.0], jnp.float32) + jnp.arange(1, FRAMES + 1)[:, None, None].astype(jnp.float32)
+    arm = Capsules(below, below, jnp.full((FRAMES, 1), 0.05, jnp.float32))
+    taken = []
+
+    def take_frame(layout, params, state, stream, stamp, camera, depth, body, box, tile):
+        jax.debug.callback(lambda *v: taken.append(v), stamp, body.a[0, 0], depth, ordered=True)
+        assert tile == 1  # an image of 40 columns is not thinned
+        nothing = FrameReport(**{name: jnp.zeros((), jnp.int32) for name in FIELDS})
+        return state, stream, nothing, jnp.zeros((), jnp.int32)
+
+    monkeypatch.setattr(sensing, "take_frame", take_frame)
+    exact = eqx.tree_at(lambda p: p.noise, SenseParams(), NoiseParams(subpixel=0.0, flying=0.0))
+    jax.block_until_ready(sense_sequence(camera, scene, person, arm, STAMPS, jax.random.key(0), exact))
+    jax.effects_barrier()
+    stamps, poses, images = (np.stack(column) for column in zip(*taken, strict=True))
+    np.testing.assert_allclose(np.diff(stamps), 1 / 30, atol=1e-6)
+    np.testing.assert_allclose(stamps[SETUP_FRAMES:], STAMPS, atol=1e-6)
+    assert poses.tolist() == [1.0] * SETUP_FRAMES + [1.0, 2.0, 3.0, 4.0, 5.0]
+    somebody = [(np.abs(image - images[0]) > 0.1).mean() > 0.02 for image in images]
+    assert somebody == [False] * SETUP_FRAMES + [True] * FRAMES
 
 
 @pytest.fixture
