@@ -6,6 +6,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from hrcjax.lab.provenance import (
     NO_INFLUENCE,
     PACKAGE,
@@ -52,6 +54,14 @@ def test_code_digest_passes_over_what_does_not_change_results(tmp_path: Path) ->
     assert code_digest(tmp_path) == first
     for name in ("visual.a", "sim.viz.a", "viz"):  # alike, elsewhere, and a file of that name
         assert code_digest(package(tmp_path, **{name: "x = 1"})) != first
+
+
+def test_code_digest_does_not_depend_on_the_order_in_which_files_are_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, found = code_digest(package(tmp_path, **FILES)), Path.rglob
+    monkeypatch.setattr(Path, "rglob", lambda self, pattern: reversed(sorted(found(self, pattern))))
+    assert code_digest(tmp_path) == first
 
 
 def test_every_folder_named_without_influence_is_there_and_has_none() -> None:
@@ -116,5 +126,7 @@ def test_commit_of_a_repository(tmp_path: Path) -> None:
 
 
 def test_versions_and_origin() -> None:
-    assert versions()["jax"][0].isdigit() and versions()["mujoco"][0].isdigit()
+    found = versions()
+    for name in ("python", "jax", "jaxlib", "mujoco", "mujoco-mjx", "equinox", "numpy", "scipy"):
+        assert found[name][0].isdigit(), name  # a misspelt one would read "not installed"
     assert {"commit", "created", "command", "versions", "platform"} == set(provenance())

@@ -158,7 +158,7 @@ def test_the_tool_arrives_while_the_person_comes(measure, world, record) -> None
 
 
 def test_contact_while_the_arm_moves(measure, world, record) -> None:
-    ours, theirs = measure(world, changed(record, qd=record.qd + 0.06))
+    ours, theirs = measure(world, changed(record, qd=record.qd + 0.06 * np.eye(6)[3]))  # one joint suffices
     assert theirs.hit
     assert_same(ours, theirs)
 
@@ -189,6 +189,18 @@ def test_a_goal_that_is_not_reached(measure, world, record) -> None:
     assert_same(ours, theirs)
     assert theirs.metrics["success"] == 0 and theirs.metrics["time_to_goal"] == pytest.approx((TICKS - 1) * 0.008)
     assert theirs.metrics["time_below_sp"] > 1.0
+
+
+def test_the_distance_that_counts_as_reached(measure, world, record) -> None:
+    """The tool comes to stand beside the goal: at 1.9 cm it has arrived, when it was that near; at 2.1 cm it has not."""
+    onward = record.tool[100] - record.tool[90]
+    onward = onward / np.linalg.norm(onward)
+    for off, arrives in ((0.019, True), (0.021, False)):
+        beside = jnp.asarray(record.tool[-1] + off * onward)
+        ours, theirs = measure(eqx.tree_at(lambda w: w.scene.goal, world, beside), record)
+        assert_same(ours, theirs)
+        assert theirs.metrics["success"] == arrives
+    assert theirs.metrics["goal_error"] == pytest.approx(0.021)
 
 
 def test_at_the_goal_from_the_start(measure, world, record) -> None:

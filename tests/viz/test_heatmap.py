@@ -83,6 +83,23 @@ def test_curve_marks_its_best() -> None:
     assert again is axes
 
 
+def test_rounding_is_no_effect_in_a_curve() -> None:
+    _, flat = curve(np.array([2.0, 2.0, 2.0 + 1e-5]), X, "length")
+    assert flat.get_ylim() == (pytest.approx(1.0, rel=1e-4), pytest.approx(3.0, rel=1e-4))
+    _, steep = curve(np.array([2.0, 2.0, 2.01]), X, "length")
+    assert 1.99 < steep.get_ylim()[0] < 2.0 and 2.01 < steep.get_ylim()[1] < 2.02
+
+
+def test_the_best_of_several_maps_is_in_its_own_alone() -> None:
+    values = np.zeros((3, 2, 5))
+    values[1, 0, 1] = 1.0
+    _, panels = heat_maps(values, X, Y, PANEL, "length", better="high")
+    assert [len(axes.lines) for axes in panels] == [0, 1, 0, 0, 0]
+    assert [axes.get_subplotspec().get_gridspec().ncols for axes in panels] == [4] * 5
+    _, few = heat_maps(values[:, :, :2], X, Y, PANEL._replace(values=PANEL.values[:2]), "length")
+    assert [axes.get_subplotspec().get_gridspec().ncols for axes in few] == [2, 2]
+
+
 def test_samples_that_failed_are_not_best() -> None:
     x = GridAxis("a", np.array([1.0, 2.0, 3.0]))
     y = GridAxis("b", np.array([4.0, 5.0, 6.0]), unit="m")

@@ -35,6 +35,16 @@ def test_strips_and_curves() -> None:
     figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
 
 
+def test_curves_begin_at_zero_or_where_they_overlap() -> None:
+    _, (_, upper, lower) = zones_view(TIME, ZONE, NEAR, NEAR, ["best", "worst"])
+    assert upper.get_ylim()[0] == lower.get_ylim()[0] == 0.0 and len(upper.lines) == 2
+    _, (_, upper, lower) = zones_view(TIME, ZONE, NEAR - 0.5, NEAR, ["best", "worst"])
+    assert upper.get_ylim()[0] == pytest.approx(-0.11) and lower.get_ylim()[0] == 0.0
+    assert [line.get_ydata()[0] for line in upper.lines[2:]] == [0] and len(lower.lines) == 2
+    assert [line.get_linestyle() for line in upper.lines[:2]] == ["-", "-"]
+    assert lower.get_xlim() == (0.0, 2.0)
+
+
 def test_each_run_needs_a_name() -> None:
     with pytest.raises(ValueError, match="1 names for 2 runs"):
         zones_view(TIME, ZONE, NEAR, NEAR, ["best"])

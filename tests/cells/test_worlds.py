@@ -1,0 +1,95 @@
+"""What is stored of a world, who is in it, and which settings it takes."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.cells import make_cell
+from hrcjax.cells.people import PERSON_RATE, make_people, make_person
+from hrcjax.cells.problem import build_problem
+from hrcjax.cells.worlds import ABOUT, about
+from hrcjax.geom.cloud import Cloud
+from hrcjax.lab.errors import UsageError
+from hrcjax.sim import Frames, World
+from hrcjax.sweeps.settings import make_settings
+from hrcjax.world import scene_named
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return build_problem(("robotica",), ("reach_in", "nobody"), (0, 3))
+
+
+def test_what_is_stored_of_a_world_is_the_world() -> None:
+    scene = scene_named("clutter", 1)
+    person = make_people("reach_in", scene, 1, 2.0, 1)
+    no, cloud = jnp.zeros(1, bool), Cloud(jnp.zeros((1, 3)), jnp.zeros(1, bool))
+    frames = Frames(cloud, Cloud(cloud.points[None], no[None]), jnp.zeros(1), no, no, no[0])
+    kept = {name: np.asarray(array) for name, array in about(World(scene, person, frames, jnp.zeros(6))).items()}
+    assert list(kept) == list(ABOUT)
+    for name, trace in ABOUT.items():
+        assert kept[name].ndim == len(trace[0]), name
+    for name in ("start", "goal"):
+        np.testing.assert_array_equal(kept[name], getattr(scene, name))
+    for name in ("kind", "center", "size", "yaw", "mask"):
+        np.testing.assert_array_equal(kept[f"obstacle_{name}"], getattr(scene, name))
+    for name in ("a", "b", "radius"):
+        np.testing.assert_array_equal(kept[f"person_{name}"], getattr(person, name))
+
+
+def test_several_people_have_seeds_of_their_own_and_the_first_the_world_s() -> None:
+    scene = scene_named("robotica", 0)
+    both = make_people("reach_in+reach_in", scene, 5, 2.0, 3)
+    alone = [make_person("reach_in", scene, seed, 2.0) for seed in (5, 1005)]
+    count = alone[0].radius.shape[0]
+    for k, person in enumerate(alone):
+        part = slice(k * count, (k + 1) * count)
+        np.testing.assert_array_equal(both.a[:, part], person.a)
+        np.testing.assert_array_equal(both.radius[part], person.radius)
+    assert (np.asarray(both.radius[2 * count :]) < 0).all(), "nobody in the third place"
+    assert not np.array_equal(alone[0].a, alone[1].a)
+    with pytest.raises(ValueError, match="2 people in a cell for 1"):
+        make_people("reach_in+nobody", scene, 0, 2.0, 1)
+
+
+def test_coordinates_fit_what_is_stored(problem) -> None:
+    cell = make_cell()
+    person = make_people("reach_in", scene_named("robotica", 0), 0, cell.ticks * cell.dt, 1)
+    frames, times = problem.coords["frame"][0], problem.coords["time"][0]
+    assert len(frames) == person.a.shape[0] and frames[1] == pytest.approx(1 / PERSON_RATE)
+    assert float(person.rate) == PERSON_RATE
+    np.testing.assert_allclose(times, np.arange(0, cell.ticks, cell.metric_stride) * cell.dt)
+    assert [labels["seed"] for labels, _ in problem.worlds] == [0, 3, 0, 3]
+    assert [labels["person"] for labels, _ in problem.worlds] == ["reach_in"] * 2 + ["nobody"] * 2
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("zeta", (1.0, 10.0), (0.99, 10.1)),
+        ("K_att", (1e-4, 1.0), (9e-5, 1.01)),
+        ("K_rep", (0.0, 1.0), (-1e-9, 1.01)),
+        ("omega1", (1e-6, 1e3), (0.0, 1001.0)),
+        ("omega2", (0.0, 1e3), (-0.1, 1001.0)),
+        ("length_scale", (0.01, 0.2), (0.009, 0.21)),
+        ("field.noise", (0.0, 1.0), (-0.1, 1.1)),
+        ("motion.speed", (0.01, 1.5), (0.009, 1.51)),
+    ],
+)
+def test_settings_without_a_meaning_are_refused(problem, name: str, inside: tuple, outside: tuple) -> None:
+    def settings(value: float):
+        return make_settings([f"{name}={value}"], problem.params, aliases=problem.aliases, domains=problem.domains)
+
+    for value in inside:
+        assert settings(value).count == 1
+    for value in outside:
+        with pytest.raises(UsageError, match="outside its domain"):
+            settings(value)
+
+
+def test_parameters_are_numbers_alone(problem) -> None:
+    assert all(isinstance(leaf, float) for leaf in jax.tree.leaves(problem.params))
+    assert dataclasses.is_dataclass(problem.params)
