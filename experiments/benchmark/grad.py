@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from hrcjax.cells.cell import build_world, make_cell
+from hrcjax.cells import build_world, make_cell
 from hrcjax.lab.parameters import leaf_names, set_leaves
 from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Params

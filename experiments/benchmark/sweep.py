@@ -19,9 +19,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.cells.cell import build_world, make_cell
+from hrcjax.cells import build_world, make_cell
 from hrcjax.numerics import unrolled_options
-from hrcjax.plan import PathCurve, path_curve
+from hrcjax.plan import PathCurve, PlanSizes, path_curve
 from hrcjax.reference.curve import Curve
 from hrcjax.reference.episode import SerialRecord, see
 from hrcjax.reference.episode import episode as serial_episode
@@ -36,10 +36,10 @@ SERIAL = 4
 """Episodes of a round of the serial loop."""
 
 
-def _paths(cell: Cell, world: World) -> np.ndarray:
+def _paths(world: World) -> np.ndarray:
     """Waypoints of every setting's path, (setting waypoint 3) [m]."""
     start, goal = np.asarray(world.scene.start), np.asarray(world.scene.goal)
-    u = np.linspace(0.0, 1.0, cell.sizes.waypoints, dtype=np.float32)[:, None]
+    u = np.linspace(0.0, 1.0, PlanSizes().waypoints, dtype=np.float32)[:, None]
     side = np.cross(goal - start, [0.0, 0.0, 1.0])
     bows = [h * np.array([0.0, 0.0, 1.0]) + w * side for h in HEIGHTS for w in SIDES]
     return np.stack([start + u * (goal - start) + np.sin(np.pi * u) * bow for bow in bows]).astype(np.float32)
@@ -76,7 +76,7 @@ def run(repeat: int = 5) -> dict[str, dict[str, Any]]:
     """
     cell = replace(make_cell(), ticks=TICKS)
     world = build_world(cell, "robotica", "reach_in", 0)
-    paths = _paths(cell, world)
+    paths = _paths(world)
     some = np.linspace(0, len(paths) - 1, SERIAL).round().astype(int)
     batch, compile_s = _batch(cell, world, paths)
     serial = _serial(cell, world, paths[some])

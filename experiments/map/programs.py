@@ -104,9 +104,10 @@ class Programs:
         """One look at a cloud into the map: `take_cloud`."""
 
         def look(state: FieldMap, params: FrameParams, *frame: Any) -> Any:
-            *seen, q = frame
+            rotation, position, cloud, mask, gap, through, q = frame
+            body, box = self.left_out.body_at(q), self.left_out.box
             return take_cloud(
-                self.layout, params, state, *seen, tiles, body=self.left_out.body_at(q), box=self.left_out.box
+                self.layout, params, state, rotation, position, cloud, mask, gap, through, tiles, body, box
             )
 
         seen = (rotation, position, cloud, mask, gap, through)

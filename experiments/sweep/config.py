@@ -21,6 +21,9 @@ Examples:
   The paper's sweep, but with a recorded person in cluttered scenes of three seeds:
     python -m experiments.sweep --scene clutter --person path/to/motion.bvh --seed 0 1 2
 
+  Your own policy, planner, field, monitor or arm, from my_cell.py in this folder:
+    python -m experiments.sweep --cell my_cell:build --grid policy.gain=lin:0.5:4:8
+
   Other parameters: 256 Sobol samples of a length-scale and of a gain of the motion policy:
     python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
 
@@ -36,10 +39,12 @@ class SweepConfig:
 
     config: str = "paper"
     """Named settings to start from: paper, quick, people, or a TOML file of options. Options given here override them."""
+    cell: str = "ur5"
+    """The cell: ur5, ur5e, or MODULE:FUNCTION that returns one with a planner, field, policy, monitor or arm of your own."""
     scene: tuple[str, ...] = ("robotica",)
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     person: tuple[str, ...] = ("reach_in",)
-    """People: names of motions (reach_in, pass_by, stand_and_work, nobody) or BVH files. A file's unit, up axis and joints are found from the body, or given after its name: walk.bvh,unit=cm,up=z,names=joints.toml."""
+    """People: names of motions (reach_in, pass_by, stand_and_work, nobody) or BVH files; two at once: reach_in+pass_by. A file's unit, up axis and joints are found from the body, or given after its name: walk.bvh,unit=cm,up=z,names=joints.toml."""
     seed: tuple[int, ...] = (0,)
     """Seeds of the camera's noise, of the person's variation and of cluttered scenes."""
     grid: tuple[str, ...] = ("K_att=log:0.005:0.1:16", "K_rep=log:1e-6:1e-3:16", "zeta=lin:1.5:5:8")
@@ -54,8 +59,8 @@ class SweepConfig:
     """At most 4 x 4 x 2 settings (or 16 samples)."""
     memory: float = 1000.0
     """Memory for the settings computed together [MB]. Fixes the size of chunks."""
-    backend: Literal["folded", "mjx"] = "folded"
-    """Dynamics of the arm: the fast folded model, or MuJoCo XLA."""
+    backend: Literal["folded", "mjx"] | None = None
+    """Dynamics of the arm: the fast folded model, or MuJoCo XLA; the cell's own (folded) if not given."""
     by: str = ""
     """Metric that ranks the settings in the table; the score if not given."""
     best: int = 5

@@ -8,7 +8,7 @@ from typing import Any
 
 import jax
 
-from hrcjax.io.motions.spec import motion_spec
+from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
@@ -31,8 +31,8 @@ def _people(config: SweepConfig) -> list[dict[str, str]]:
     """People by name, and recorded ones also by what is in their file."""
     people = []
     for name in config.person:
-        spec = motion_spec(name)
-        files = [path for path in spec.files if path.is_file()] if spec else []
+        specs = [motion_spec(one) for one in people_of(name)]
+        files = [path for spec in specs if spec for path in spec.files if path.is_file()]
         people.append({"name": name} | ({"sha256": " ".join(map(file_digest, files))} if files else {}))
     return people
 
@@ -41,6 +41,7 @@ def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk:
     """Everything that decides the numbers of a run, as JSON values."""
     used = versions()
     return {
+        "cell": [config.cell, problem.code],
         "scene": list(config.scene),
         "person": _people(config),
         "seed": list(config.seed),
@@ -69,10 +70,10 @@ def _list_parameters(problem: Sweepable) -> str:
 
 
 def _build(config: SweepConfig) -> Sweepable:
-    from hrcjax.cells.cell import build_cell  # here, so that --help and wrong options answer at once
+    from hrcjax.cells.problem import build_problem  # here, so that --help and wrong options answer at once
 
     try:
-        return build_cell(config.scene, config.person, config.seed, config.backend)
+        return build_problem(config.scene, config.person, config.seed, config.backend, config.cell)
     except (ValueError, OSError) as error:
         raise UsageError(one_line(error)) from error
 
@@ -94,8 +95,8 @@ def _check(config: SweepConfig) -> None:
 
 
 def _default_folder(config: SweepConfig, mark: str) -> Path:
-    specs = [motion_spec(name) for name in config.person]
-    people = [spec.path.stem if spec else name for name, spec in zip(config.person, specs, strict=True)]
+    singles = [one for name in config.person for one in people_of(name)]
+    people = [spec.path.stem if (spec := motion_spec(name)) else name for name in singles]
     return Path("runs") / f"{folder_name('-'.join(['sweep', '+'.join(config.scene), '+'.join(people)]))}-{mark[:8]}"
 
 

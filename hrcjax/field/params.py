@@ -13,3 +13,6 @@ class FieldParams(eqx.Module):
     the true distance of convex bodies (see `convex_bias`) [m]."""
     noise: Scalar = 0.01
     """Standard deviation of the noise of the occupancy, whose training target is 1 [1]."""
+    person_radius: Scalar = 0.05
+    """Smallest radius of a limb whose distance must not be over-estimated, by `lower_bound`: convex bodies read too far
+    [m]."""

@@ -1,1 +1,1 @@
-"""Rotations, segments, shapes, rays and point clouds."""
+"""Rotations, segments, shapes, rays, point clouds, and the geometry of a path of waypoints."""

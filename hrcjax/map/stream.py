@@ -9,30 +9,32 @@ import dataclasses
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.bits import pack, words
 from hrcjax.geom.capsules import Capsules
 from hrcjax.map.view import View
 from hrcjax.numerics import safe_norm
 from hrcjax.sense import Camera
-from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
+from hrcjax.typing import Array, Float, Int, Matrix3, Scalar, Vector3
 
 EMPTY = 1
 REPEATED = 2
 REVERSED = 4
 LEAP = 8
-NOT_FINITE = 16
+BAD_POSE = 16
 AHEAD = 32
 
 NO_ROTATION = 0.01
 """How far R^T R may be from the identity [1]."""
 
-_REASONS = {
+REASONS = {
     EMPTY: "too few pixels with depth",
     REPEATED: "time stamp repeated",
     REVERSED: "time stamp before the last one",
     LEAP: "pose leapt",
-    NOT_FINITE: "time stamp, pose or robot not finite, or no rotation",
+    BAD_POSE: "time stamp, pose or robot not finite, or no rotation",
     AHEAD: "time stamp leapt ahead",
 }
+"""Why a frame is refused: bit -> words."""
 
 
 class StreamParams(eqx.Module):
@@ -104,13 +106,16 @@ def admit(
     )
     share = jnp.mean(view.mask, dtype=R.dtype)
 
-    def bit(condition: Bool[Array, ""], value: int) -> Int[Array, ""]:
-        return jnp.where(condition, value, 0).astype(jnp.int32)
-
-    reasons = bit(~finite, NOT_FINITE) | bit(~(share >= params.least_share), EMPTY)
-    reasons = reasons | bit(finite & (stamp == state.latest), REPEATED) | bit(finite & (stamp < state.latest), REVERSED)
-    reasons = reasons | bit(finite & began & leap & (stamp > state.latest), LEAP)
-    reasons = reasons | bit(finite & began & (dt > params.longest_gap), AHEAD)
+    reasons = pack(
+        {
+            BAD_POSE: ~finite,
+            EMPTY: ~(share >= params.least_share),
+            REPEATED: finite & (stamp == state.latest),
+            REVERSED: finite & (stamp < state.latest),
+            LEAP: finite & began & leap & (stamp > state.latest),
+            AHEAD: finite & began & (dt > params.longest_gap),
+        }
+    )
     good = reasons == 0
     state = StreamState(
         stamp=jnp.where(good, stamp, state.stamp),
@@ -124,4 +129,4 @@ def admit(
 
 def describe_frame(reasons: int) -> str:
     """The bits of a refusal in words; "none" for 0."""
-    return "; ".join(text for bit, text in _REASONS.items() if int(reasons) & bit) or "none"
+    return words(REASONS, reasons)

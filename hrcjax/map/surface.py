@@ -21,6 +21,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.bits import pack, words
 from hrcjax.field import FieldParams, fit, surface_normal
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map.layout import MapLayout
@@ -35,13 +36,14 @@ AMBIGUOUS = 4
 ROUGH = 8
 OFF = 16
 
-_REASONS = {
+REASONS = {
     FEW: "too few points",
     CURVED: "too curved for the length scale",
     AMBIGUOUS: "no direction stands out, or the viewpoint is edge-on",
     ROUGH: "points do not lie on one smooth surface",
     OFF: "the place is off the surface",
 }
+"""Why a surface may not be used: bit -> words."""
 
 RATIO = 2.0
 """Default length scale over the spacing. With 2 mm of noise on points 25 mm apart normals are then off by 0.2 (plane) to 1.7
@@ -81,7 +83,7 @@ class Surface(eqx.Module):
 
 def describe_surface(reasons: int) -> str:
     """The bits of a refusal in words; "none" for 0."""
-    return "; ".join(text for bit, text in _REASONS.items() if int(reasons) & bit) or "none"
+    return words(REASONS, reasons)
 
 
 def _tangents(n: Vector3) -> tuple[Vector3, Vector3]:
@@ -157,15 +159,16 @@ def fit_surface(cloud: Cloud, x: Vector3, viewpoint: Vector3, length_scale: Scal
     count = safe_divide(jnp.ones((), dtype), jnp.sum(weight * weight))
     way = unit(viewpoint - x)
 
-    def bit(condition: Array, value: int) -> Int[Array, ""]:
-        return jnp.where(condition, value, 0).astype(jnp.int32)
-
-    reasons = bit(~(count >= LEAST_COUNT), FEW)
-    reasons = reasons | bit(~(jnp.max(jnp.abs(curvatures)) * scale < 3**-0.5), CURVED)
     sure = (gap >= LEAST_GAP) & (values[0] < 0) & (jnp.abs(jnp.sum(way * n)) >= LEAST_FACING)
-    reasons = reasons | bit(~sure, AMBIGUOUS)
-    reasons = reasons | bit(~(jnp.sum(weight * left * left) <= MOST_ROUGH**2), ROUGH)
-    reasons = reasons | bit(~(jnp.abs(level[0]) <= MOST_OFF), OFF)
+    reasons = pack(
+        {
+            FEW: ~(count >= LEAST_COUNT),
+            CURVED: ~(jnp.max(jnp.abs(curvatures)) * scale < 3**-0.5),
+            AMBIGUOUS: ~sure,
+            ROUGH: ~(jnp.sum(weight * left * left) <= MOST_ROUGH**2),
+            OFF: ~(jnp.abs(level[0]) <= MOST_OFF),
+        }
+    )
     return Surface(n, curvatures, found.planarity, level[0] * scale, reasons)
 
 

@@ -3,6 +3,7 @@
 from hrcjax.metrics.clearance import min_clearance, time_below, time_in_zones
 from hrcjax.metrics.energy import energy, power
 from hrcjax.metrics.episode import METRICS, EpisodeMetrics, episode_metrics
+from hrcjax.metrics.run import Run, Yardstick
 from hrcjax.metrics.samples import resample
 from hrcjax.metrics.score import (
     ScoreParams,
@@ -33,7 +34,7 @@ from hrcjax.metrics.smoothness import (
 from hrcjax.metrics.timing import Arrival, arrival, ideal_time
 
 __all__ = [
-    "METRICS", "Arrival", "EpisodeMetrics", "ScoreParams", "acceleration_variance", "arrival", "collision_risk",
+    "METRICS", "Arrival", "EpisodeMetrics", "Run", "ScoreParams", "Yardstick", "acceleration_variance", "arrival", "collision_risk",
     "dimensionless_jerk", "efficiency_score", "energy", "episode_metrics", "ideal_time", "jerk_rms", "joint_smoothness",
     "log_dimensionless_jerk", "mean_curvature_change", "mean_squared_difference_jerk", "mean_squared_jerk",
     "min_clearance", "obstacle_proximity", "overall_score", "power", "power_score", "relative_score", "resample",

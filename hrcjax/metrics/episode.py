@@ -3,10 +3,13 @@
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.geom.bending_energy import bending_energy
+from hrcjax.geom.length import length
+from hrcjax.geom.resample import resample_path
 from hrcjax.metrics.clearance import min_clearance, time_below, time_in_zones
 from hrcjax.metrics.energy import energy
+from hrcjax.metrics.run import Run, Yardstick
 from hrcjax.metrics.score import (
-    ScoreParams,
     collision_risk,
     efficiency_score,
     joint_smoothness,
@@ -21,10 +24,7 @@ from hrcjax.metrics.score import (
 from hrcjax.metrics.smoothness import jerk_rms, log_dimensionless_jerk, spectral_arc_length
 from hrcjax.metrics.timing import arrival
 from hrcjax.numerics import safe_norm
-from hrcjax.plan.bending_energy import bending_energy
-from hrcjax.plan.length import length
-from hrcjax.plan.resample import resample as resample_path
-from hrcjax.typing import Array, Float, Int, Scalar
+from hrcjax.typing import Array, Bool, Float
 
 _TOOL_WAYPOINTS = 64
 
@@ -110,121 +110,80 @@ METRICS: dict[str, tuple[str, str, str]] = {
 """Of every field of `EpisodeMetrics`: its unit, whether low or high is better, and its meaning."""
 
 
-def episode_metrics(
-    *,
-    dt: Scalar,
-    tool: Float[Array, "time 3"],
-    q: Float[Array, "time joint"],
-    qd: Float[Array, "time joint"],
-    qdd: Float[Array, "time joint"],
-    tau: Float[Array, "time joint"],
-    zone: Int[Array, "time"],
-    separation: Float[Array, "time2"],
-    closing_speed: Float[Array, "time2"],
-    obstacle_distances: Float[Array, "time2 obstacle"],
-    clearance: Float[Array, "time2"],
-    protective_distance: Float[Array, "time2"] | Scalar,
-    goal: Float[Array, "3"],
-    tolerance: Scalar,
-    ideal_time: Scalar,
-    plan_length: Scalar,
-    plan_bending_energy: Scalar,
-    unsafe_distance: Scalar,
-    slow: Scalar = 0.05,
-    score: ScoreParams | None = None,
-    largest_power: Scalar | None = None,
-    largest_joint_speed: Scalar | None = None,
-    largest_proximity: Scalar | None = None,
-    smoothness_stride: int = 1,
-) -> EpisodeMetrics:
+def episode_metrics(run: Run, yardstick: Yardstick) -> EpisodeMetrics:
     """All measures of one run. Samples after the arrival at the goal don't count, apart from clearance and separation.
 
-    The arrays over time2 may be every k-th sample of the run, the first included: k is found from their length.
-
-    Args:
-        dt: time between samples [s].
-        tool: tool positions [m].
-        q: joint positions [rad].
-        qd: joint speeds [rad/s].
-        qdd: joint accelerations [rad/s^2].
-        tau: joint torques [N m].
-        zone: 0 green, 1 yellow, 2 red, 3 stop.
-        separation: true distance of the whole arm to the person [m].
-        closing_speed: speed at which robot and person close in on each other, positive for an approach [m/s].
-        obstacle_distances: distance to every obstacle of the scene [m].
-        clearance: true distance of the whole arm to the nearest obstacle [m].
-        protective_distance: S_p at the robot's speed, over time or constant [m].
-        goal: [m].
-        tolerance: distance to the goal that counts as reached [m].
-        ideal_time: time of the task without person and zones [s].
-        plan_length: of the planned path [m].
-        plan_bending_energy: of the planned path [1/m].
-        unsafe_distance: separation under which time is unsafe in the score [m].
-        slow: largest speed of the tool that counts as arrived [m/s].
-        score: weights of the score; None: the paper's.
-        largest_power: normaliser of the power score; None: of this run [W].
-        largest_joint_speed: normaliser of joint smoothness; None: of this run [rad/s].
-        largest_proximity: normaliser of obstacle proximity; None: of this run [m].
-        smoothness_stride: every so many samples enter the smoothness measures; in float32 choose 50 Hz or less.
-
     Raises:
-        ValueError: the arrays over time2 are not every k-th sample of those over time.
+        ValueError: the arrays over sample are not every k-th sample of those over time.
     """
-    score = ScoreParams() if score is None else score
-    dt = jnp.asarray(dt, tool.dtype)
-    reached = arrival(tool, goal, tolerance, dt, slow)
-    mask = reached.before
-    stride = _stride(tool.shape[0], separation.shape[0])
-    mask2, dt2 = mask[::stride], dt * stride
-
-    way = jnp.where(mask[:, None], tool, tool[jnp.sum(mask) - 1])
-    waypoints = resample_path(way, _TOOL_WAYPOINTS)
-    x, rate = tool[::smoothness_stride], 1 / (dt * smoothness_stride)
-    counts = mask[::smoothness_stride]
-    speed = safe_norm(jnp.diff(x, axis=0)) * rate
-    zones = time_in_zones(zone, dt, mask)
-
-    safety = safety_score(
-        score,
-        safe_navigation(separation, unsafe_distance, mask2),
-        obstacle_proximity(separation, obstacle_distances, mask2, largest_proximity),
-        collision_risk(separation, closing_speed, score.horizon, mask2),
-    )
-    efficiency = efficiency_score(
-        score,
-        task_time_score(ideal_time, jnp.maximum(reached.time, dt)),
-        power_score(tau, qd, mask, largest_power),
-        trajectory_smoothness(qdd, mask),
-        joint_smoothness(q, dt, mask, largest_joint_speed),
-    )
+    tool, dtype = run.tool, run.tool.dtype
+    dt = jnp.asarray(run.dt, dtype)
+    reached = arrival(tool, yardstick.goal, yardstick.tolerance, dt, yardstick.slow)
+    before = reached.before
+    way = jnp.where(before[:, None], tool, tool[jnp.sum(before) - 1])
+    safety = _safety(run, yardstick, before)
+    efficiency = _efficiency(run, yardstick, before, jnp.maximum(reached.time, dt))
+    jerk, log_jerk, sparc = _smoothness(run, yardstick, before)
+    zones = time_in_zones(run.zone, dt, before)
+    stride = run.stride
     return EpisodeMetrics(
         time_to_goal=reached.time,
-        success=reached.success.astype(tool.dtype),
+        success=reached.success.astype(dtype),
         goal_error=reached.error,
-        plan_length=jnp.asarray(plan_length, tool.dtype),
-        plan_bending_energy=jnp.asarray(plan_bending_energy, tool.dtype),
+        plan_length=jnp.asarray(run.plan_length, dtype),
+        plan_bending_energy=jnp.asarray(run.plan_bending_energy, dtype),
         tool_length=length(way),
-        tool_bending_energy=bending_energy(waypoints),
-        clearance=min_clearance(clearance),
-        separation=min_clearance(separation),
-        jerk_rms=jerk_rms(x, rate, counts),
-        log_dimensionless_jerk=log_dimensionless_jerk(x, rate, counts),
-        sparc=spectral_arc_length(speed, rate, counts[1:]),
+        tool_bending_energy=bending_energy(resample_path(way, _TOOL_WAYPOINTS)),
+        clearance=min_clearance(run.clearance),
+        separation=min_clearance(run.separation),
+        jerk_rms=jerk,
+        log_dimensionless_jerk=log_jerk,
+        sparc=sparc,
         time_green=zones[0],
         time_yellow=zones[1],
         time_red=zones[2],
         time_stop=zones[3],
-        time_below_sp=time_below(separation, protective_distance, dt2, mask2),
-        energy=energy(tau, qd, dt, mask),
+        time_below_sp=time_below(run.separation, run.protective_distance, dt * stride, before[::stride]),
+        energy=energy(run.tau, run.qd, dt, before),
         score_safety=safety,
         score_efficiency=efficiency,
-        score_overall=overall_score(score, safety, efficiency),
+        score_overall=overall_score(yardstick.score, safety, efficiency),
     )
 
 
-def _stride(full: int, part: int) -> int:
-    """The k for which every k-th of `full` samples are `part` samples."""
-    stride = -(-full // part)
-    if -(-full // stride) != part:
-        raise ValueError(f"{part} samples are not every k-th of {full}: take array[::k] of every array over time2")
-    return stride
+def _safety(run: Run, yardstick: Yardstick, before: Bool[Array, "time"]) -> Float[Array, ""]:
+    """Safety score, out of 100."""
+    score, before = yardstick.score, before[:: run.stride]
+    return safety_score(
+        score,
+        safe_navigation(run.separation, yardstick.unsafe_distance, before),
+        obstacle_proximity(run.separation, run.obstacle_distances, before, yardstick.largest_proximity),
+        collision_risk(run.separation, run.closing_speed, score.horizon, before),
+    )
+
+
+def _efficiency(
+    run: Run, yardstick: Yardstick, before: Bool[Array, "time"], total_time: Float[Array, ""]
+) -> Float[Array, ""]:
+    """Efficiency score, out of 100."""
+    return efficiency_score(
+        yardstick.score,
+        task_time_score(yardstick.ideal_time, total_time),
+        power_score(run.tau, run.qd, before, yardstick.largest_power),
+        trajectory_smoothness(run.qdd, before),
+        joint_smoothness(run.q, jnp.asarray(run.dt, run.tool.dtype), before, yardstick.largest_joint_speed),
+    )
+
+
+def _smoothness(
+    run: Run, yardstick: Yardstick, before: Bool[Array, "time"]
+) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
+    """Of the tool: jerk [m/s^3], log dimensionless jerk [1], spectral arc length [1]."""
+    k = yardstick.smoothness_stride
+    x, rate, counts = run.tool[::k], 1 / (jnp.asarray(run.dt, run.tool.dtype) * k), before[::k]
+    speed = safe_norm(jnp.diff(x, axis=0)) * rate
+    return (
+        jerk_rms(x, rate, counts),
+        log_dimensionless_jerk(x, rate, counts),
+        spectral_arc_length(speed, rate, counts[1:]),
+    )

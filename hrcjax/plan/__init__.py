@@ -1,21 +1,18 @@
 """The planner: the improved artificial potential field, and paths optimised for length and bending energy."""
 
 from hrcjax.plan.baseline import GradientDescentParams, gradient_descent_path
-from hrcjax.plan.bending_energy import bending_energy
 from hrcjax.plan.curve import PathCurve, path_curve
 from hrcjax.plan.descent import PotentialPath, StepFn, damped_step, potential_path, time_to_goal, unit_step
-from hrcjax.plan.length import length
 from hrcjax.plan.optimise import optimise_path
 from hrcjax.plan.params import PathParams, PlanParams, PlanSizes, PotentialParams
 from hrcjax.plan.path_result import PathResult, judge, required_distance
 from hrcjax.plan.path_score import path_scores
 from hrcjax.plan.plan import plan
 from hrcjax.plan.potential import DistancesFn, force, potential
-from hrcjax.plan.resample import resample
 
 __all__ = [
     "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanParams", "PlanSizes",
-    "PotentialParams", "PotentialPath", "StepFn", "bending_energy", "damped_step", "force", "gradient_descent_path",
-    "judge", "length", "optimise_path", "path_curve", "path_scores", "plan", "potential", "potential_path",
-    "required_distance", "resample", "time_to_goal", "unit_step",
+    "PotentialParams", "PotentialPath", "StepFn", "damped_step", "force", "gradient_descent_path",
+    "judge", "optimise_path", "path_curve", "path_scores", "plan", "potential", "potential_path",
+    "required_distance", "time_to_goal", "unit_step",
 ]  # fmt: skip

@@ -4,9 +4,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.plan.bending_energy import bending_energy
+from hrcjax.geom.bending_energy import bending_energy
+from hrcjax.geom.length import length
 from hrcjax.plan.curve import path_curve
-from hrcjax.plan.length import length
 from hrcjax.plan.params import PlanParams
 from hrcjax.plan.potential import DistancesFn
 from hrcjax.typing import Array, Bool, Float, Int, Vector3

@@ -3,13 +3,13 @@
 import jax
 import jax.numpy as jnp
 
+from hrcjax.geom.resample import resample_path
 from hrcjax.numerics import safe_norm
 from hrcjax.plan.descent import StepFn, damped_step, potential_path
 from hrcjax.plan.optimise import optimise_path
 from hrcjax.plan.params import PlanParams, PlanSizes
 from hrcjax.plan.path_result import PathResult
 from hrcjax.plan.potential import DistancesFn
-from hrcjax.plan.resample import resample
 from hrcjax.typing import Array, Float, Vector3
 
 
@@ -40,7 +40,7 @@ def plan(
     Not finite if: start and goal coincide.
     """
     descent = potential_path(params.potential, start, goal, distances, radius, sizes.steps, step)
-    descended = resample(jnp.concatenate([descent.waypoints, goal[None]]), sizes.waypoints)
+    descended = resample_path(jnp.concatenate([descent.waypoints, goal[None]]), sizes.waypoints)
 
     def optimised(guess: Float[Array, "waypoint 3"]) -> PathResult:
         return optimise_path(params, guess, distances, radius, lower, upper, sizes.iterations, descent.reached)
@@ -55,4 +55,6 @@ def arch(start: Vector3, goal: Vector3, upper: Vector3, count: int) -> Float[Arr
     """A parabola from start to goal, half as high as it is long but below the upper bound [m]."""
     height = jnp.minimum(safe_norm(goal - start) / 2, jnp.maximum(upper[2] - jnp.maximum(start[2], goal[2]), 0))
     t = jnp.linspace(0, 1, count, dtype=start.dtype)[:, None]
-    return resample(start + t * (goal - start) + 4 * t * (1 - t) * height * jnp.asarray([0, 0, 1], start.dtype), count)
+    return resample_path(
+        start + t * (goal - start) + 4 * t * (1 - t) * height * jnp.asarray([0, 0, 1], start.dtype), count
+    )

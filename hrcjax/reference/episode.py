@@ -113,7 +113,7 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         frame, age = newest(seen, time - cell.latency)
         d_all, g_all, d_person, g_person = union(seen.static, seen.moving[frame], body.x)
         clearance = d_all - radii
-        separation = lower_bound(d_person, motion.person_radius, length_scale) - radii - COVER_MARGIN
+        separation = lower_bound(d_person, cast(float, params.field.person_radius), length_scale) - radii - COVER_MARGIN
         approach = -(g_person * body.xd).sum(axis=1)
         zone, decision = monitor(zone, separation, approach, age + cell.latency, not seen.overflow[frame])
         speed_limit = float(decision.point_limit.min())
@@ -122,7 +122,7 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         apart = reference - tool.x[0]
         pace = min(motion.speed, speed_limit) * exp(-float(apart @ apart) / motion.lag**2)
         travelled = clock.s
-        after = advance(params.safety.clock, clock, pace, curve.length - travelled, dt, decision.hold)
+        after = advance(motion.clock, clock, pace, curve.length - travelled, dt, decision.hold)
         velocity, acceleration = tangent * clock.v, curvature * clock.v**2 + tangent * after.a
         clock = after
 

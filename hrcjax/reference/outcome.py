@@ -78,7 +78,7 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
     speed = np.zeros(len(tool[::k]) - 1)
     speed[: len(seldom) - 1] = measures.size(np.diff(seldom, axis=0)) * rate
     planned = measures.path_length(waypoints)
-    ideal = planned / params.motion.speed + params.motion.speed / params.safety.clock.acceleration
+    ideal = planned / params.motion.speed + params.motion.speed / params.motion.clock.acceleration
     safety = measures.safety_score(
         separation[some], closing[some], obstacles[some][:, np.asarray(world.scene.mask)], safe_distance(ssm, 0.0)
     )

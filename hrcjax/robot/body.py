@@ -3,7 +3,7 @@
 # pyright: reportAttributeAccessIssue=false
 # mujoco's types are compiled and have no stubs
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import jax.numpy as jnp
 import mujoco
@@ -59,6 +59,8 @@ class Arm:
     tool_link: int
     tool_offset: np.ndarray
     """(3) tool point in the frame of its link [m]"""
+    tool_axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+    """(3 3) axes of the tool, as columns, in the frame of its link; z points out of the flange"""
 
 
 def _spheres(row: CapsuleRow) -> tuple[np.ndarray, float]:
@@ -117,7 +119,7 @@ def with_tool(arm: Arm, length: float, radius: float) -> Arm:
     """
     if not 0 < 2 * radius < length:
         raise ValueError(f"tool of length {length} m and radius {radius} m; accepted: 0 < 2 radius < length")
-    link, base, axis = arm.tool_link, arm.tool_offset, np.array([0.0, 0.0, 1.0])
+    link, base, axis = arm.tool_link, arm.tool_offset, arm.tool_axes[:, 2]
     spheres = np.stack([base + length * share * axis for share in (1 / 3, 2 / 3)])
     return replace(
         arm,
@@ -164,4 +166,5 @@ def tool_frame(arm: Arm, q: Joints) -> tuple[Matrix3, Vector3]:
     R, p = link_frames(arm.chain, q)
     R, p = R[arm.tool_link], p[arm.tool_link]
     offset = jnp.asarray(arm.tool_offset, q.dtype)
-    return R, p + jnp.sum(R * offset, axis=1)
+    point = p + jnp.sum(R * offset, axis=1)
+    return R if np.array_equal(arm.tool_axes, np.eye(3)) else R @ jnp.asarray(arm.tool_axes, q.dtype), point

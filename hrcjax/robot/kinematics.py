@@ -214,20 +214,27 @@ def point_motion(chain: Chain, q: Joints, qd: Joints, links: Sequence[int], offs
 
     axes = as_array([e for frame in frames for e in frame.axis], (n, 3), dtype)
     origins = as_array([e for frame in frames for e in frame.o], (n, 3), dtype)
-    places = _rows(x)
+    counts = [len(list(run)) for _, run in groupby(links)]
+    places = _rows(x, counts, dtype)
     J = _cross(axes[None], places[:, None] - origins[None])  # z_j x (x - o_j)
     carried = np.arange(n)[None, :] <= np.asarray(links)[:, None]
     return PointMotion(
         x=places,
-        xd=_rows(xd),
+        xd=_rows(xd, counts, dtype),
         J=jnp.where(jnp.asarray(carried)[..., None], J, 0).swapaxes(1, 2),
-        Jd_qd=_rows(Jd_qd),
+        Jd_qd=_rows(Jd_qd, counts, dtype),
     )
 
 
-def _rows(runs: Sequence[Vector]) -> Float[Array, "point 3"]:
-    """The points of all runs, one per row."""
-    return jnp.stack([jnp.concatenate([jnp.atleast_1d(run[k]) for run in runs]) for k in range(3)], axis=1)
+def _rows(runs: Sequence[Vector], counts: Sequence[int], dtype: jnp.dtype) -> Float[Array, "point 3"]:
+    """The points of all runs, one per row; a component that is one number, as 0 often is, holds for all points of its run."""
+    columns = [
+        jnp.concatenate(
+            [jnp.broadcast_to(jnp.asarray(run[k], dtype), (n,)) for run, n in zip(runs, counts, strict=True)]
+        )
+        for k in range(3)
+    ]
+    return jnp.stack(columns, axis=1)
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -5,7 +5,7 @@ from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
 from hrcjax.safety.monitor import (
     HEAD_NEAR,
     INVALID_FRAME,
-    NOT_FINITE,
+    MISSING_DATA,
     OLD_DATA,
     TOO_CLOSE,
     WAITING,
@@ -50,7 +50,7 @@ from hrcjax.safety.zones import (
 )
 
 __all__ = [
-    "BODY_REGIONS", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "NOT_FINITE", "OLD_DATA", "RED", "STOP", "TOO_CLOSE",
+    "BODY_REGIONS", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "MISSING_DATA", "OLD_DATA", "RED", "STOP", "TOO_CLOSE",
     "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState", "PflParams", "SafetyDecision",
     "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance", "allowed_speed",
     "approach_speeds", "assumed_human_speed", "contact_mobility", "describe", "effective_mass", "governor", "guard",

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
@@ -11,20 +12,21 @@ from hrcjax.safety.zones import STOP, ZoneState, update_zone, zone_speed, zone_t
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 OLD_DATA = 1
-NOT_FINITE = 2
+MISSING_DATA = 2
 TOO_CLOSE = 4
 HEAD_NEAR = 8
 INVALID_FRAME = 16
 WAITING = 32
 
-_REASONS = {
+REASONS = {
     OLD_DATA: "person data too old",
-    NOT_FINITE: "distance or speed missing or not a number",
+    MISSING_DATA: "distance or speed missing or not a number",
     TOO_CLOSE: "person too close",
     HEAD_NEAR: "head near",
     INVALID_FRAME: "sensor frame not valid",
     WAITING: "waiting for the person to stay away",
 }
+"""Why the robot is stopped: bit -> words."""
 
 
 class SafetyDecision(eqx.Module):
@@ -98,8 +100,9 @@ def monitor(
     head = jnp.asarray(False)
     if head_distance is not None:
         head = (jnp.asarray(head_distance) < params.zone.head_stop) & (not only_slows)
-    reasons = _bit(old, OLD_DATA) | _bit(~finite, NOT_FINITE) | _bit(invalid, INVALID_FRAME)
-    reasons = reasons | _bit(close, TOO_CLOSE) | _bit(head, HEAD_NEAR)
+    reasons = pack(
+        {OLD_DATA: old, MISSING_DATA: ~finite, INVALID_FRAME: invalid, TOO_CLOSE: close, HEAD_NEAR: head},
+    )
     waiting = (state.zone == STOP) & (reasons == 0)
     return state, SafetyDecision(
         zone=state.zone,
@@ -107,15 +110,10 @@ def monitor(
         point_limit=limit,
         scale=scale,
         hold=hold,
-        reasons=reasons | _bit(waiting, WAITING),
+        reasons=reasons | pack({WAITING: waiting}),
     )
 
 
 def describe(reasons: int) -> str:
     """The bits of a stop in words; "none" for 0."""
-    known = [text for bit, text in _REASONS.items() if int(reasons) & bit]
-    return "; ".join(known) or "none"
-
-
-def _bit(condition: Bool[Array, ""], bit: int) -> Int[Array, ""]:
-    return jnp.where(condition, bit, 0).astype(jnp.int32)
+    return words(REASONS, reasons)

@@ -74,7 +74,5 @@ class SafetyParams(eqx.Module):
     """Zones."""
     pfl: PflParams = eqx.field(default_factory=PflParams)
     """Power and force."""
-    clock: ClockParams = eqx.field(default_factory=ClockParams)
-    """Path clock."""
     max_age: float = 0.1
     """Person data older than this stop the robot; not more than the reaction time allows for [s]."""

@@ -1,14 +1,33 @@
 """The cell: parameters, a world as sensed, one control tick, an episode as a scan of ticks, and its outcome."""
 
-from hrcjax.sim.cell import Cell, Fields, World
-from hrcjax.sim.episode import Episode, episode, fit_fields, follow, plan_path
+from hrcjax.sim.cell import Cell, World
+from hrcjax.sim.default_parts import (
+    GP_FIELD,
+    POTENTIAL_PLANNER,
+    SEPARATION_MONITOR,
+    fit_fields,
+    potential_planner,
+    read_fields,
+    rmp_policy,
+    separation_monitor,
+)
+from hrcjax.sim.episode import Episode, episode, follow, plan_path
 from hrcjax.sim.outcome import Outcome, Traces, outcome
 from hrcjax.sim.params import MotionParams, Params
+from hrcjax.sim.parts import (
+    ArmMotion,
+    Clearance,
+    FieldPart,
+    Fields,
+    Goal,
+    Reading,
+    SafetyPart,
+    Separation,
+    Task,
+    path_through,
+)
 from hrcjax.sim.prepare import make_world
 from hrcjax.sim.sensing import CELL_LAYOUT, Frames, SenseParams, sense_sequence
 from hrcjax.sim.tick import Record, Sensed, TickState, tick
 
-__all__ = [
-    "CELL_LAYOUT", "Cell", "Episode", "Fields", "Frames", "MotionParams", "Outcome", "Params", "Record", "SenseParams", "Sensed", "TickState", "Traces", "World",
-    "episode", "fit_fields", "follow", "make_world", "outcome", "plan_path", "sense_sequence", "tick",
-]  # fmt: skip
+__all__ = ["CELL_LAYOUT", "GP_FIELD", "POTENTIAL_PLANNER", "SEPARATION_MONITOR", "ArmMotion", "Cell", "Clearance", "Episode", "FieldPart", "Fields", "Frames", "Goal", "MotionParams", "Outcome", "Params", "Reading", "Record", "SafetyPart", "SenseParams", "Sensed", "Separation", "Task", "TickState", "Traces", "World", "episode", "fit_fields", "follow", "make_world", "outcome", "path_through", "plan_path", "potential_planner", "read_fields", "rmp_policy", "sense_sequence", "separation_monitor", "tick"]  # fmt: skip

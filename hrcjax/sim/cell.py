@@ -1,21 +1,21 @@
 """What an episode happens in: the arm, the scene, the person, and what the camera saw of them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.field import GPField
 from hrcjax.map import MapLayout
-from hrcjax.plan import PlanSizes
 from hrcjax.robot import Arm
+from hrcjax.sim.default_parts import GP_FIELD, POTENTIAL_PLANNER, SEPARATION_MONITOR, rmp_policy
+from hrcjax.sim.parts import FieldPart, PlanFn, PolicyFn, SafetyPart
 from hrcjax.sim.sensing import CELL_LAYOUT, MOVING_CAPACITY, STATIC_CAPACITY, Frames
 from hrcjax.typing import Array, Float, Int, Joints
 from hrcjax.world import Person, Scene
 
 TOOL_REACH = 0.5
-"""Distance of the two points that fix the tool's orientation, along its x and y axes (reference page 2) [m]."""
+"""Distance of the two points that fix the tool's orientation, along its x and y axes [m]."""
 
 
 class World(eqx.Module):
@@ -31,20 +31,19 @@ class World(eqx.Module):
     """Joint angles at the start [rad]."""
 
 
-class Fields(eqx.Module):
-    """Distance fields fitted to what the camera delivered."""
-
-    static: GPField
-    """The scene without the person."""
-    moving: GPField
-    """The person, one field per frame along the first axis."""
-
-
 @dataclass(frozen=True)
 class Cell:
-    """Everything static: the arm, the rates and the sizes of arrays. Hashable by identity; closed over by programs."""
+    """Everything static: the arm, the parts, the rates and the sizes of arrays. Programs close over it."""
 
     arm: Arm
+    plan: PlanFn = POTENTIAL_PLANNER
+    """The planner."""
+    field: FieldPart = GP_FIELD
+    """The field that the arm reads."""
+    policy: PolicyFn = rmp_policy
+    """The motion policy."""
+    safety: SafetyPart = SEPARATION_MONITOR
+    """The safety monitor."""
     ticks: int = 1000
     """Control ticks of an episode."""
     dt: float = 0.008
@@ -60,16 +59,16 @@ class Cell:
     static_points: int = STATIC_CAPACITY
     """Places of the cloud of what stands still; a fuller one makes the arm hold."""
     moving_points: int = MOVING_CAPACITY
-    """Places of the cloud of what moves; a fuller one makes the arm hold."""
+    """Places of the cloud of what moves, for each person; a fuller one makes the arm hold."""
+    people: int = 1
+    """How many people can be in the cell at once."""
     layout: MapLayout = CELL_LAYOUT
     """The map's box, spacing and capacities; a map without places makes the arm hold."""
-    sizes: PlanSizes = field(default_factory=PlanSizes)
-    """Numbers of steps, waypoints and iterations of the planner."""
 
     @property
     def control_offsets(self) -> np.ndarray:
         """Places of the control points and the three tool points on their links [m]."""
-        tool = self.arm.tool_offset + TOOL_REACH * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        tool = self.arm.tool_offset + TOOL_REACH * np.stack([np.zeros(3), *self.arm.tool_axes.T[:2]])
         return np.concatenate([self.arm.control_offsets, tool])
 
     @property

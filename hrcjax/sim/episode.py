@@ -1,18 +1,19 @@
 """An episode: plan once, then a scan of control ticks. A pure function of (params, world)."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import FieldParams, GPField, fit
-from hrcjax.plan import PathCurve, PathResult, path_curve, plan
+from hrcjax.plan import PathCurve, PathResult, path_curve
 from hrcjax.robot import tool_frame
-from hrcjax.sim.cell import Cell, Fields, World, newest_frame
+from hrcjax.sim.cell import Cell, World, newest_frame
 from hrcjax.sim.params import Params
+from hrcjax.sim.parts import Fields, Task
 from hrcjax.sim.sensing import Frames
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
 from hrcjax.typing import Array, Joints
-from hrcjax.world import obstacle_distances
 
 
 class Episode(eqx.Module):
@@ -26,28 +27,9 @@ class Episode(eqx.Module):
     """The state after the last tick."""
 
 
-def fit_fields(params: FieldParams, frames: Frames) -> Fields:
-    """Distance fields of the static scene and of every frame's moving points.
-
-    Depends on the field's parameters alone, so that settings which share these share the fields.
-    """
-    moving = jax.lax.map(jax.checkpoint(lambda cloud: fit(cloud, params)), frames.moving)
-    return Fields(static=fit(frames.static, params), moving=moving)
-
-
 def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
     """The tool's path through the scene's obstacles (the task-space map, taken as known)."""
-    scene = world.scene
-    return plan(
-        params.plan,
-        scene.start,
-        scene.goal,
-        lambda x: obstacle_distances(scene, x),
-        scene.radius,
-        scene.lower,
-        scene.upper,
-        cell.sizes,
-    )
+    return cell.plan(params.plan, Task(world.scene, world.q_start))
 
 
 def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode:
@@ -57,7 +39,7 @@ def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode
     `TickState` alone.
 
     Args:
-        fields: of `fit_fields(params.field, world.frames)`; apart, so that a batch can share them.
+        fields: of `cell.field.fit(params.field, world.frames)`; apart, so that a batch can share them.
     """
     path = plan_path(params, cell, world)
     final, record = follow(params, cell, path_curve(path.waypoints), world.frames, world.q_start, fields)
@@ -83,7 +65,8 @@ def follow(
     # What each tick sees is gathered before the scan: within it, the derivative would touch all frames at every tick.
     seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, ~lost[index])
 
-    def one(state: TickState, seen: tuple[GPField, Array, Array]) -> tuple[TickState, Record]:
-        return tick(params, cell, curve, R_goal, q_start, Sensed(fields.static, *seen), state)
+    def one(state: TickState, seen: tuple[Any, Array, Array]) -> tuple[TickState, Record]:
+        moving, age, valid = seen
+        return tick(params, cell, curve, R_goal, q_start, Sensed(Fields(fields.static, moving), age, valid), state)
 
-    return jax.lax.scan(jax.checkpoint(one), initial_state(q_start), seen)
+    return jax.lax.scan(jax.checkpoint(one), initial_state(cell, q_start), seen)

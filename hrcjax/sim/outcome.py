@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import FAR, capsule_distance
-from hrcjax.metrics import EpisodeMetrics, episode_metrics, ideal_time
+from hrcjax.metrics import EpisodeMetrics, Run, Yardstick, episode_metrics, ideal_time
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import arm_capsules
 from hrcjax.safety import assumed_human_speed, safe_distance, separation_distance
@@ -23,22 +23,24 @@ MOVING = 0.05
 
 
 class Traces(eqx.Module):
-    """Thinned arrays over time, and the plan."""
+    """Thinned arrays over time, and the plan. A sweep stores them under these names, with these docstrings and units."""
 
     plan: Float[Array, "waypoint 3"]
-    """Waypoints of the planned path [m]."""
+    """Planned path of the tool [m]."""
     tool: Float[Array, "time 3"]
-    """Tool point [m]."""
-    separation: Float[Array, "time"]
-    """True distance arm to person [m]."""
-    clearance: Float[Array, "time"]
-    """True distance arm to obstacles [m]."""
+    """Position of the tool [m]."""
+    separation_t: Float[Array, "time"]
+    """True distance of the arm to the person [m]."""
+    clearance_t: Float[Array, "time"]
+    """True distance of the arm to the obstacles [m]."""
     speed: Float[Array, "time"]
     """Speed of the tool [m/s]."""
     speed_limit: Float[Array, "time"]
-    """What the safety monitor allowed towards the person [m/s]."""
+    """Speed towards the person that the safety monitor allowed [m/s]."""
     zone: Int[Array, "time"]
-    """0 green, 1 yellow, 2 red, 3 stop."""
+    """0 green, 1 yellow, 2 red, 3 stop [1]."""
+    path_status: Int[Array, ""]
+    """Bits: 1 the descent of the potential reached the goal, 2 required distances kept, 4 within the bounds [1]."""
 
 
 class Outcome(eqx.Module):
@@ -46,8 +48,6 @@ class Outcome(eqx.Module):
 
     metrics: EpisodeMetrics
     traces: Traces
-    path_status: Int[Array, ""]
-    """Bits of the planner's status."""
     run_status: Int[Array, ""]
     """Bits of the ticks' status, any tick."""
     hit: Bool[Array, ""]
@@ -74,12 +74,12 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     clearance = jnp.min(obstacles, axis=1)
     closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
     tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
-    ssm = params.safety.ssm
+    ssm = cell.safety.yardstick(params.safety)
     protective = jax.vmap(lambda v, d: separation_distance(ssm, v, assumed_human_speed(ssm, d)))(
         record.approach[::k], separation
     )
-    ideal = ideal_time(run.path.length, params.motion.speed, params.safety.clock.acceleration)
-    metrics = episode_metrics(
+    ideal = ideal_time(run.path.length, params.motion.speed, params.motion.clock.acceleration)
+    measured = Run(
         dt=cell.dt,
         tool=record.tool,
         q=record.q,
@@ -92,23 +92,27 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         obstacle_distances=jnp.where(world.scene.mask, obstacles, 0.0),
         clearance=clearance,
         protective_distance=protective,
+        plan_length=run.path.length,
+        plan_bending_energy=run.path.bending_energy,
+    )
+    yardstick = Yardstick(
         goal=world.scene.goal,
         tolerance=REACHED,
         ideal_time=ideal,
-        plan_length=run.path.length,
-        plan_bending_energy=run.path.bending_energy,
         unsafe_distance=safe_distance(ssm, 0.0),
         smoothness_stride=k,
     )
+    metrics = episode_metrics(measured, yardstick)
     traces = Traces(
         plan=run.path.waypoints,
         tool=record.tool[::k],
-        separation=separation,
-        clearance=clearance,
+        separation_t=separation,
+        clearance_t=clearance,
         speed=tool_speed[::k],
         speed_limit=record.speed_limit[::k],
-        zone=record.zone[::k],
+        zone=record.zone[::k].astype(jnp.int8),
+        path_status=run.path.status,
     )
     any_tick = jax.lax.reduce(record.status, jnp.zeros((), jnp.int32), jax.lax.bitwise_or, (0,))
     moving = jnp.max(jnp.abs(record.qd[::k]), axis=1) > MOVING
-    return Outcome(metrics, traces, run.path.status, any_tick, jnp.any(moving & (separation < 0)))
+    return Outcome(metrics, traces, any_tick, jnp.any(moving & (separation < 0)))

@@ -1,11 +1,13 @@
 """Every number of the method as one pytree: what is swept, and what is tuned by gradient."""
 
+from typing import Any
+
 import equinox as eqx
 
 from hrcjax.field import FieldParams
 from hrcjax.plan import PlanParams
 from hrcjax.policy import CollisionParams, PolicyParams, TargetParams
-from hrcjax.safety import SafetyParams
+from hrcjax.safety import ClockParams, SafetyParams
 
 
 class MotionParams(eqx.Module):
@@ -17,8 +19,8 @@ class MotionParams(eqx.Module):
     """Distance of the tool from its reference at which the path clock runs at 1/e of its speed [m]."""
     servo_gain: float = 40.0
     """Velocity feedback of the joint servo [1/s]."""
-    person_radius: float = 0.05
-    """Smallest radius of a limb that the separation must not over-estimate (convex-body bias of the field) [m]."""
+    clock: ClockParams = eqx.field(default_factory=ClockParams)
+    """Path clock: how fast the reference speeds up and brakes."""
 
 
 def following_policy() -> PolicyParams:
@@ -34,15 +36,18 @@ def following_policy() -> PolicyParams:
 
 
 class Params(eqx.Module):
-    """All numeric parameters by dotted name, for example `plan.potential.k_att`. Each leaf can be swept."""
+    """All numeric parameters by dotted name, for example `plan.potential.k_att`. Each leaf can be swept.
 
-    plan: PlanParams = eqx.field(default_factory=PlanParams)
-    """Potential field and path optimiser."""
-    field: FieldParams = eqx.field(default_factory=FieldParams)
-    """Gaussian-process distance field."""
-    policy: PolicyParams = eqx.field(default_factory=following_policy)
-    """Riemannian motion policies."""
-    safety: SafetyParams = eqx.field(default_factory=SafetyParams)
-    """Speed and separation, zones, path clock."""
+    The first four are whatever pytree of floats the cell's own part takes (`hrcjax.sim.parts`).
+    """
+
+    plan: Any = eqx.field(default_factory=PlanParams)
+    """Of the planner; by default potential field and path optimiser."""
+    field: Any = eqx.field(default_factory=FieldParams)
+    """Of the field that the arm reads; by default the Gaussian-process distance field."""
+    policy: Any = eqx.field(default_factory=following_policy)
+    """Of the motion policy; by default Riemannian motion policies."""
+    safety: Any = eqx.field(default_factory=SafetyParams)
+    """Of the safety monitor; by default speed and separation, zones."""
     motion: MotionParams = eqx.field(default_factory=MotionParams)
     """Path following and joint servo."""

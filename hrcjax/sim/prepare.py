@@ -72,7 +72,7 @@ def make_world(
     q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
     stamps = frame_stamps(cell, q_start.dtype)
     q = nominal_motion(q_start, q_goal, stamps, 0.6 * cell.ticks * cell.dt)
-    sizes = (cell.layout, cell.static_points, cell.moving_points)
+    sizes = (cell.layout, cell.static_points, cell.moving_points * cell.people)
     frames = _sense(cell.arm, sizes, camera, scene, person, q, stamps, key, params)
     return World(scene, person, frames, q_start)
 

@@ -93,6 +93,9 @@ class Frames(eqx.Module):
     robot's base were kept."""
     static_overflow: Bool[Array, ""]
     """The same for the static cloud."""
+    map: FieldMap | None = None
+    """The map when the set-up ended: what a field made of the map itself reads. Its weights are fitted only where
+    `MapLayout.refitted` of the cell is not 0. None: these frames come from elsewhere."""
 
 
 def crop_box(params: SenseParams, dtype: jnp.dtype) -> tuple[Vector3, Vector3]:
@@ -148,21 +151,26 @@ def sense_sequence(
     keys = jax.random.split(key, somebody.shape[0])
 
     def frame(
-        known: tuple[FieldMap, StreamState], item: tuple[Array, Array, Capsules, PRNGKeyArray]
-    ) -> tuple[tuple[FieldMap, StreamState], tuple[MapPoints, Array, Array]]:
-        """The map after one more image; its points, whether the image was believed, whether the map lacks places."""
+        known: tuple[FieldMap, StreamState, FieldMap], item: tuple[Array, Array, Capsules, PRNGKeyArray]
+    ) -> tuple[tuple[FieldMap, StreamState, FieldMap], tuple[MapPoints, Array, Array]]:
+        """The map after one more image and the one of the set-up; points, whether the image was believed, whether the map
+        lacks places."""
         stamp, there, arm, frame_key = item
         body = person_at(person, stamp)
         body = Capsules(body.a, body.b, jnp.where(there, body.radius, -1.0))
         exact = render_capsules(camera, arm, render_capsules(camera, body, scene_image))
         depth = measure(exact, camera, frame_key, params.noise)
-        state, stream, report, refused = take_frame(layout, params.frame, *known, stamp, camera, depth, arm, box, tile)
+        state, stream, report, refused = take_frame(
+            layout, params.frame, *known[:2], stamp, camera, depth, arm, box, tile
+        )
+        settled = jax.tree.map(lambda new, old: jnp.where(there, old, new), state, known[2])
         short = (report.lost > 0) | (report.unseen > 0) | (report.left_out > 0)
-        return (state, stream), (map_points(state, MAP_POINTS), refused == 0, short)
+        return (state, stream, settled), (map_points(state, MAP_POINTS), refused == 0, short)
 
-    start = (empty_map(layout, dtype), initial_stream(dtype))
+    empty = empty_map(layout, dtype)
+    start = (empty, initial_stream(dtype), empty)
     items = (jnp.concatenate([before, stamps]), somebody, poses, keys)
-    _, (points, believed, short) = jax.lax.scan(frame, start, items)
+    (_, _, settled), (points, believed, short) = jax.lax.scan(frame, start, items)
 
     setup = jax.tree.map(lambda a: a[SETUP_FRAMES - 1], points)
     stood = Cloud(setup.cloud.points, setup.cloud.mask & (setup.label == STATIC))
@@ -175,4 +183,6 @@ def sense_sequence(
     short, then = short | points.more, jax.tree.map(lambda a: a[SETUP_FRAMES:], points)
     moving, overflow = jax.lax.map(moving_points, then)
     static_overflow = left_out | jnp.any(short[:SETUP_FRAMES])
-    return Frames(static, moving, stamps, believed[SETUP_FRAMES:], overflow | short[SETUP_FRAMES:], static_overflow)
+    return Frames(
+        static, moving, stamps, believed[SETUP_FRAMES:], overflow | short[SETUP_FRAMES:], static_overflow, settled
+    )

@@ -1,28 +1,19 @@
 """One control period: read the field, decide the speed, ask the policy, guard the command, move the arm."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import GPField, lower_bound, union_distance_and_gradient
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.plan import PathCurve
-from hrcjax.policy import JointLimits, limit_acceleration, policy_acceleration
+from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
-from hrcjax.safety import (
-    ClockState,
-    ZoneState,
-    advance,
-    effective_mass,
-    governor,
-    guard,
-    initial_clock,
-    initial_zone,
-    monitor,
-    pfl_speeds,
-)
+from hrcjax.safety import ClockState, advance, governor, guard, initial_clock
 from hrcjax.sim.cell import TOOL_REACH, Cell
 from hrcjax.sim.params import Params
+from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Goal, Separation, all_finite
 from hrcjax.sim.servo import servo
 from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vector3
 
@@ -38,17 +29,15 @@ class TickState(eqx.Module):
     """The arm as measured."""
     clock: ClockState
     """How far along the path the reference is."""
-    zone: ZoneState
-    """Memory of the safety zones."""
+    safety: Any
+    """What the safety monitor remembers."""
 
 
 class Sensed(eqx.Module):
     """What perception knows at one tick."""
 
-    static: GPField
-    """Field of the scene without the person."""
-    moving: GPField
-    """Field of what moves, from the newest frame."""
+    fields: Fields
+    """What was made of the frames; of what moves the row of the newest one."""
     age: Float[Array, ""]
     """Age of that frame; infinite: there is none [s]."""
     valid: Bool[Array, ""]
@@ -99,9 +88,9 @@ def tool_axes(x: Vector3, R: Matrix3, reach: float = TOOL_REACH) -> Float[Array,
     return x + reach * jnp.stack([jnp.zeros_like(x), R[:, 0], R[:, 1]])
 
 
-def initial_state(q: Joints) -> TickState:
+def initial_state(cell: Cell, q: Joints) -> TickState:
     """Standing at q, at the start of the path."""
-    return TickState(ArmState(q, jnp.zeros_like(q)), initial_clock(q.dtype), initial_zone(q.dtype))
+    return TickState(ArmState(q, jnp.zeros_like(q)), initial_clock(q.dtype), cell.safety.start(q.dtype))
 
 
 def tick(
@@ -109,8 +98,9 @@ def tick(
 ) -> tuple[TickState, Record]:
     """One control period of `cell.dt`.
 
-    The order: kinematics of the control points; distances to everything and to the person; the safety monitor; the
-    path clock; the motion policy; limits of the joints; the speed governor and the guard against NaN; joint servo.
+    The order: kinematics of the control points; the field's reading at each; the safety monitor; the path clock; the
+    motion policy; then the guards, which belong to no part: limits of the joints, speed governor, replacement of what is
+    not finite, and a hold where a reading of the person or a limit of the monitor is not finite; last the joint servo.
 
     Args:
         curve: path of the tool by arc length.
@@ -123,47 +113,33 @@ def tick(
     radii = jnp.asarray(cell.arm.control_radii, q.dtype)
     surface = radii + COVER_MARGIN  # the arm is nowhere farther out
 
-    union = jax.vmap(lambda x: union_distance_and_gradient(sensed.static, sensed.moving, x))
-    d_all, g_all, d_person, g_person = union(body.x)
-    d_person = jax.vmap(lambda d: lower_bound(d, params.motion.person_radius, params.field.length_scale))(d_person)
-    separation = d_person - surface
-    approach = -jnp.sum(g_person * body.xd, axis=-1)
-
-    slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.safety.pfl))).astype(q.dtype)
-    zone, decision = monitor(
-        params.safety, state.zone, separation, approach, sensed.age, dt, valid=sensed.valid, pfl_speed=slowest_contact
-    )
+    seen = jax.vmap(lambda x: cell.field.read(params.field, sensed.fields, x))(body.x)
+    room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, seen.person_gradient)
+    approach = -jnp.sum(room.person_gradient * body.xd, axis=-1)
+    separation = Separation(room.person_distance, approach, sensed.age, sensed.valid, dt)
+    memory, decision = cell.safety.decide(params.safety, state.safety, separation)
+    hold = decision.hold | ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
 
     s = state.clock.s
     reference = curve.point(s)
     lag = jnp.exp(-jnp.sum((reference - tool.x[0]) ** 2) / params.motion.lag**2)
     limit = jnp.minimum(params.motion.speed, decision.speed_limit) * lag
-    clock = advance(params.safety.clock, state.clock, limit, curve.length - s, dt, decision.hold)
+    clock = advance(params.motion.clock, state.clock, limit, curve.length - s, dt, hold)
     velocity = curve.tangent(s) * state.clock.v
     acceleration = curve.curvature(s) * state.clock.v**2 + curve.tangent(s) * clock.a
 
     limits = joint_limits(cell, q.dtype)
-    asked = policy_acceleration(
-        params.policy,
-        q,
-        qd,
-        tool,
-        tool_axes(reference, R_goal),
-        jnp.broadcast_to(velocity, (3, 3)),
-        jnp.broadcast_to(acceleration, (3, 3)),
-        body,
-        d_all - radii,
-        g_all,
-        limits,
-        posture,
-    )
+    goal = Goal(
+        tool_axes(reference, R_goal), jnp.broadcast_to(velocity, (3, 3)), jnp.broadcast_to(acceleration, (3, 3)), posture
+    )  # fmt: skip
+    asked = cell.policy(params.policy, ArmMotion(q, qd, tool, body), goal, room, limits)
     brake = full_brake(qd, limits, dt)
     safe, bad = guard(asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
     ahead = qd + limited * dt
-    scale = governor(ahead, body.J, g_person, decision.point_limit)
+    scale = governor(ahead, body.J, room.person_gradient, decision.point_limit)
     governed = (scale * ahead - qd) / dt
-    governed = jnp.where(decision.hold, brake, governed)
+    governed = jnp.where(hold, brake, governed)
     limited, _ = limit_acceleration(governed, q, qd, limits, dt)
     qdd, unbounded = guard(limited, brake)
     bad = bad | unbounded
@@ -182,15 +158,15 @@ def tick(
         tool=tool.x[0],
         reference=reference,
         travelled=s,
-        separation=jnp.min(separation),
-        field_clearance=jnp.min(d_all - radii),
+        separation=jnp.min(room.person_distance),
+        field_clearance=jnp.min(room.distance),
         approach=jnp.max(approach),
         speed_limit=decision.speed_limit,
         zone=decision.zone,
         reasons=decision.reasons,
         status=status.astype(jnp.int32),
     )
-    return TickState(arm, clock, zone), record
+    return TickState(arm, clock, memory), record
 
 
 def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:

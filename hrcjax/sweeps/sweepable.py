@@ -60,6 +60,8 @@ class Sweepable:
     """What the user should know of this problem before it runs, a line each."""
     identity: str | None = None
     """What `evaluate` closes over, in words: allows the sweep to keep the traced program between runs. None: do not."""
+    code: str = ""
+    """Digest of code and files outside of the project that decide results: a run resumes only while they stay the same."""
     open_ended: frozenset[str] = frozenset()
     """Outputs in which infinity or NaN has a meaning, for example a separation when nobody is there."""
 

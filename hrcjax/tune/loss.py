@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 
-from hrcjax.sim import Cell, Params, World, episode, fit_fields
+from hrcjax.sim import Cell, Params, World, episode
 from hrcjax.typing import Array, Float
 
 SAFE_CLEARANCE = 0.05
@@ -21,7 +21,7 @@ def episode_loss(params: Params, cell: Cell, world: World) -> Float[Array, ""]:
     mean of a soft hinge on the clearance that the field has. Not the score of the papers, whose maxima and thresholds
     have no useful derivative.
     """
-    run = episode(params, cell, world, fit_fields(params.field, world.frames))
+    run = episode(params, cell, world, cell.field.fit(params.field, world.frames))
     scene, record = world.scene, run.record
     way = jnp.sum((record.tool - scene.goal) ** 2, axis=-1) / jnp.sum((scene.start - scene.goal) ** 2)
     effort = jnp.sum(record.qdd**2, axis=-1)

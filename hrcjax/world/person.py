@@ -1,5 +1,7 @@
 """A person as capsules that move: recorded or made beforehand, read at any time."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax.numpy as jnp
 
@@ -51,4 +53,26 @@ def person_at(person: Person, t: Scalar) -> Capsules:
         a=person.a[first] + weight * (person.a[second] - person.a[first]),
         b=person.b[first] + weight * (person.b[second] - person.b[first]),
         radius=jnp.where(present, person.radius, -1),
+    )
+
+
+def together(people: Sequence[Person]) -> Person:
+    """Several people as one record. Who is never in the cell keeps its capsules, absent.
+
+    Raises:
+        ValueError: nobody, or records of different lengths.
+    """
+    if len(people) == 1:
+        return people[0]
+    if len({person.a.shape[0] for person in people}) != 1:
+        raise ValueError(
+            f"people with records of {[p.a.shape[0] for p in people]} poses; accepted: records of one length"
+        )
+    return Person(
+        a=jnp.concatenate([person.a for person in people], axis=1),
+        b=jnp.concatenate([person.b for person in people], axis=1),
+        radius=jnp.concatenate([jnp.where(jnp.any(p.present), p.radius, -1) for p in people]),
+        rate=people[0].rate,
+        present=jnp.any(jnp.stack([person.present for person in people]), axis=0),
+        regions=tuple(region for person in people for region in person.regions),
     )

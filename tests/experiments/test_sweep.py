@@ -27,7 +27,7 @@ SMALL = ["--grid", "K_att=log:0.01:0.1:4", "K_rep=lin:0.1:1:3", "zeta=2,4", "--m
 @pytest.fixture(autouse=True)
 def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The toy cell in place of the real one, in an empty folder."""
-    monkeypatch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
+    monkeypatch.setitem(sys.modules, "hrcjax.cells.problem", toy_cell)
     monkeypatch.setattr("experiments.sweep.run.LOADED_CODE", "toy")  # somebody may edit the package meanwhile
     monkeypatch.chdir(tmp_path)
 
@@ -61,7 +61,7 @@ def test_results_are_labelled_and_self_explaining(tmp_path: Path, capsys: pytest
         place = dict(k_att=ds.k_att[1].item(), k_rep=ds.k_rep[2].item(), zeta=4.0)
         potential = toy_cell.Potential(**{k: np.full(1, v, np.float32) for k, v in place.items()})
         params = toy_cell.ToyParams(potential, params.collision, params.field)
-        world = toy_cell.build_cell(("hri",), ("reach_in",), (3,), "folded").worlds[0][1]()
+        world = toy_cell.build_problem(("hri",), ("reach_in",), (3,), "folded").worlds[0][1]()
         alone = toy_cell.evaluate(params, world)["score"][0]
         np.testing.assert_allclose(ds.score.sel(scene="hri", person="reach_in", seed=3, **place), alone, rtol=1e-5)
     printed = capsys.readouterr()
@@ -211,7 +211,7 @@ def test_other_run_in_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    build = toy_cell.build_cell
+    build = toy_cell.build_problem
 
     def broken(*arguments: object) -> object:
         cell = build(*arguments)  # pyright: ignore[reportArgumentType]
@@ -225,7 +225,7 @@ def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
 
         return type(cell)(**{**vars(cell), "evaluate": spoil})
 
-    monkeypatch.setattr(toy_cell, "build_cell", broken)
+    monkeypatch.setattr(toy_cell, "build_problem", broken)
     assert run("--out", "r") == 3
     printed = capsys.readouterr()
     assert "warning: 12 of 24 results are not finite" in printed.err
@@ -318,7 +318,7 @@ def test_identity_changes_with_everything_that_decides_numbers(tmp_path: Path) -
     base = SweepConfig(person=(str(bvh),), grid=("zeta=lin:2:4:3",))
 
     def mark(config: SweepConfig, chunk: int = 3, **params: float) -> str:
-        problem = toy_cell.build_cell(("hri",), (str(bvh),), (0,), "folded")
+        problem = toy_cell.build_problem(("hri",), (str(bvh),), (0,), "folded")
         settings = make_settings(
             config.grid, problem.params, samples=config.sobol, sample_seed=config.sobol_seed, quick=config.quick
         )

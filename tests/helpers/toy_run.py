@@ -13,7 +13,7 @@ from experiments.sweep.__main__ import main
 def make_run(folder: Path, *options: str) -> Path:
     """Runs the sweep into the folder, silently and without figures; returns the folder."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
+        patch.setitem(sys.modules, "hrcjax.cells.problem", toy_cell)
         patch.setattr(sys, "stderr", io.StringIO())
         assert main([*options, "--no-figures", "--out", str(folder)]) == 0
     return folder

@@ -10,9 +10,9 @@ import pytest
 from hrcjax.map import make_view
 from hrcjax.map.stream import (
     AHEAD,
+    BAD_POSE,
     EMPTY,
     LEAP,
-    NOT_FINITE,
     REPEATED,
     REVERSED,
     StreamParams,
@@ -88,7 +88,7 @@ def test_what_is_not_a_number_is_refused_and_forgotten(step) -> None:
     lost = dataclasses.replace(here, position=here.position.at[1].set(jnp.nan))
     frames = [(0.0, here, 1.0), (0.03, lost, 1.0), (np.nan, here, 1.0), (np.inf, here, 1.0), (0.06, here, 1.0)]
     reasons, stamps, views = play(step, frames)
-    assert [r & NOT_FINITE for r in reasons] == [0, NOT_FINITE, NOT_FINITE, NOT_FINITE, 0]
+    assert [r & BAD_POSE for r in reasons] == [0, BAD_POSE, BAD_POSE, BAD_POSE, 0]
     assert stamps[-1] == pytest.approx(0.06) and np.isfinite(stamps).all() and not views[1].mask.any()
 
 

@@ -10,7 +10,7 @@ import pytest
 from hrcjax.geom.capsules import Capsules
 from hrcjax.map import FrameParams, empty_map, initial_stream, make_view, map_points, take_frame
 from hrcjax.map.clean import drop_lonely, within_box, without_body
-from hrcjax.map.stream import NOT_FINITE, REPEATED
+from hrcjax.map.stream import BAD_POSE, REPEATED
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import render_capsules, render_scene
 from hrcjax.world.scene import BOX
@@ -124,7 +124,7 @@ def test_a_robot_that_is_not_finite_refuses_the_frame(layout, image, arm, take) 
         dataclasses.replace(arm, radius=arm.radius.at[0].set(jnp.inf)),
     ):
         again, kept, _, refused = take(state, stream, jnp.float32(1.03), image, broken)
-        assert int(refused) == NOT_FINITE and float(kept.stamp) == 1.0
+        assert int(refused) == BAD_POSE and float(kept.stamp) == 1.0
         assert_same_points(again, state)
 
 

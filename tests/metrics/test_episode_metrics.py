@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.metrics import METRICS, EpisodeMetrics, ScoreParams, episode_metrics
+from hrcjax.metrics import METRICS, EpisodeMetrics, Run, ScoreParams, Yardstick, episode_metrics
 
 DT, N = 0.02, 161
+OF_RUN = {field.name for field in dataclasses.fields(Run)}
 
 
 def arrays(dtype=jnp.float64, reach=0.5):
@@ -37,7 +38,9 @@ def measure(run, **changes):
         "dt": DT, "protective_distance": 0.6, "tolerance": 1e-3, "ideal_time": 1.5, "plan_length": 0.55,
         "plan_bending_energy": 1.25, "unsafe_distance": 0.1, "slow": 0.02,
     }  # fmt: skip
-    return episode_metrics(**(settings | run | changes))
+    given = settings | run | changes
+    of_run, other = ({k: v for k, v in given.items() if (k in OF_RUN) == which} for which in (True, False))
+    return episode_metrics(Run(**of_run), Yardstick(**other))
 
 
 # One compilation for all runs of one shape.

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from hrcjax.geom.resample import resample_path as resample_
 from hrcjax.plan import path_curve as path_curve_
-from hrcjax.plan import resample as resample_
 from hrcjax.plan.curve import equally_spaced
 
 path_curve, resample = jax.jit(path_curve_), jax.jit(resample_, static_argnums=1)

@@ -72,7 +72,7 @@ def bow(at, length):
 def quick(speed):
     """Parameters with a clock so fast that much happens in a second, and so slow to brake that the governor must."""
     clock = ClockParams(acceleration=2.0, deceleration=1.5, jerk=60.0, brake=0.2)
-    return eqx.tree_at(lambda p: (p.safety.clock, p.motion.speed), Params(), (clock, speed))
+    return eqx.tree_at(lambda p: (p.motion.clock, p.motion.speed), Params(), (clock, speed))
 
 
 def visit(at):
@@ -177,7 +177,7 @@ def test_fields_near_far_and_empty(static, moving):
 def test_clock_from_anywhere():
     """Braking, jerk, the end near and far, holds; 1e-7 for the derivative by differences."""
     rng = np.random.default_rng(2)
-    params, dt, count = Params().safety.clock, 0.008, 400
+    params, dt, count = Params().motion.clock, 0.008, 400
     s, v, a = rng.uniform(0, 1, count), rng.uniform(0, 0.8, count), rng.uniform(-3, 1, count)
     limit, left = rng.uniform(-0.1, 1.0, count), rng.uniform(0, 1, count) ** 3
     hold, limit = rng.uniform(size=count) < 0.1, np.where(rng.uniform(size=count) < 0.1, np.nan, limit)

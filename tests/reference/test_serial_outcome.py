@@ -112,7 +112,7 @@ def measure(cell):
         path = judge(
             params.plan, waypoints, lambda x: obstacle_distances(scene, x), scene.radius, scene.lower, scene.upper
         )
-        return outcome(params, cell, world, Episode(path, record, initial_state(world.q_start)))
+        return outcome(params, cell, world, Episode(path, record, initial_state(cell, world.q_start)))
 
     def both(world: World, record: SimpleNamespace, params: Params | None = None):
         params = Params() if params is None else params
@@ -132,8 +132,8 @@ def assert_same(ours, theirs: SerialOutcome) -> None:
         atol = BY_SEARCH.get(name, 1e-9)
         got = float(getattr(ours.metrics, name))
         np.testing.assert_allclose(got, value, rtol=1e-9, atol=atol, err_msg=name)
-    np.testing.assert_allclose(ours.traces.separation, theirs.separation, rtol=0, atol=1e-12)
-    over = np.asarray(ours.traces.clearance) - theirs.clearance
+    np.testing.assert_allclose(ours.traces.separation_t, theirs.separation, rtol=0, atol=1e-12)
+    over = np.asarray(ours.traces.clearance_t) - theirs.clearance
     assert over.min() > -1e-12 and over.max() < SEARCH
     np.testing.assert_allclose(ours.traces.speed, theirs.speed, rtol=0, atol=1e-12)
     assert int(ours.run_status) == theirs.run_status and bool(ours.hit) == theirs.hit
@@ -161,6 +161,26 @@ def test_contact_while_the_arm_moves(measure, world, record) -> None:
     ours, theirs = measure(world, changed(record, qd=record.qd + 0.06))
     assert theirs.hit
     assert_same(ours, theirs)
+
+
+def test_a_near_miss_is_no_contact(measure, world, record) -> None:
+    moving = changed(record, qd=record.qd + 0.06)
+    most = -measure(world, moving)[1].separation.min()
+    thinner = eqx.tree_at(lambda w: w.person.radius, world, world.person.radius - most - 0.003)
+    ours, theirs = measure(thinner, moving)
+    assert_same(ours, theirs)
+    assert 0 < theirs.separation.min() < 0.005 and not theirs.hit
+
+
+def test_what_stands_at_the_base_is_no_obstacle_to_it(measure, cell, world, record) -> None:
+    """The base never moves: only the links do that can touch something."""
+    bottom = jnp.asarray(cell.arm.capsule_a[0] + [0.0, 0.0, -0.05])
+    at_base = eqx.tree_at(lambda w: w.scene.center, world, world.scene.center.at[0].set(bottom))
+    ours, theirs = measure(at_base, record)
+    assert_same(ours, theirs)
+    a, b = truth.arm_axes(cell.arm, record.q[::STRIDE])
+    base = truth.segment_distance(a[:, 0], b[:, 0], np.asarray(bottom), np.asarray(bottom))
+    assert (theirs.clearance > base - 0.05 - cell.arm.capsule_radii[0] + 0.01).all()
 
 
 def test_a_goal_that_is_not_reached(measure, world, record) -> None:
@@ -200,7 +220,7 @@ def test_a_person_who_comes_in_late_and_has_no_legs(measure, world, record) -> N
 
 def test_other_parameters_count(measure, world, record) -> None:
     def of(p: Params):
-        ssm, clock = p.safety.ssm, p.safety.clock
+        ssm, clock = p.safety.ssm, p.motion.clock
         return ssm.brake, ssm.v_h, ssm.v_h_near, ssm.intrusion, ssm.reaction_time, clock.acceleration, p.motion.speed
 
     params = eqx.tree_at(of, Params(), (2.0, 1.1, 1.9, 0.2, 0.15, 0.7, 0.4))

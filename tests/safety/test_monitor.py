@@ -9,7 +9,7 @@ from hrcjax.safety import (
     GREEN,
     HEAD_NEAR,
     INVALID_FRAME,
-    NOT_FINITE,
+    MISSING_DATA,
     OLD_DATA,
     RED,
     STOP,
@@ -51,13 +51,13 @@ def decide(d=(3.0, 3.0), v_r=(0.5, 0.1), age=0.0, head=3.0, valid=True, pfl=1.0,
         ({"age": -0.1001}, OLD_DATA),
         ({"age": np.nan}, OLD_DATA),
         ({"valid": False}, INVALID_FRAME),
-        ({"d": (np.nan, 3.0)}, NOT_FINITE),
-        ({"d": (3.0, np.inf)}, NOT_FINITE),
-        ({"v_r": (0.0, np.nan)}, NOT_FINITE),
-        ({"head": np.nan}, NOT_FINITE),
-        ({"pfl": np.nan}, NOT_FINITE),
+        ({"d": (np.nan, 3.0)}, MISSING_DATA),
+        ({"d": (3.0, np.inf)}, MISSING_DATA),
+        ({"v_r": (0.0, np.nan)}, MISSING_DATA),
+        ({"head": np.nan}, MISSING_DATA),
+        ({"pfl": np.nan}, MISSING_DATA),
         ({"pfl": np.inf}, 0),
-        ({"v_h": np.nan}, NOT_FINITE),
+        ({"v_h": np.nan}, MISSING_DATA),
         ({"d": (3.0, 0.31)}, TOO_CLOSE),
         ({"head": 0.49}, HEAD_NEAR),
         ({"d": (0.1, 3.0), "head": 0.3, "age": 9.0, "valid": False}, TOO_CLOSE | HEAD_NEAR | OLD_DATA | INVALID_FRAME),
@@ -67,7 +67,7 @@ def test_every_stop_has_its_reason(case: dict, reasons: int) -> None:
     _, decision = decide(**case)
     assert decision.reasons == reasons
     assert (decision.zone == STOP) == (reasons != 0)
-    assert decision.hold == bool(reasons & (OLD_DATA | NOT_FINITE | INVALID_FRAME))
+    assert decision.hold == bool(reasons & (OLD_DATA | MISSING_DATA | INVALID_FRAME))
     if reasons:
         assert decision.speed_limit == 0 and decision.scale == 0
     else:
@@ -130,7 +130,7 @@ def test_words() -> None:
     assert describe(0) == "none"
     assert describe(OLD_DATA) == "person data too old"
     assert describe(TOO_CLOSE | HEAD_NEAR) == "person too close; head near"
-    words = [describe(bit) for bit in (OLD_DATA, NOT_FINITE, TOO_CLOSE, HEAD_NEAR, INVALID_FRAME, WAITING)]
+    words = [describe(bit) for bit in (OLD_DATA, MISSING_DATA, TOO_CLOSE, HEAD_NEAR, INVALID_FRAME, WAITING)]
     assert len(set(words)) == 6 and "none" not in words
 
 

@@ -7,14 +7,16 @@ import pytest
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import cell_camera
-from hrcjax.sim import Cell, World, make_world
+from hrcjax.sim import Cell, World, make_world, potential_planner
 from hrcjax.world import motion_named, scene_named
 
 
 @pytest.fixture(scope="session")
 def cell() -> Cell:
     arm = with_tool(load_arm("ur5"), 0.12, 0.03)
-    return Cell(arm=arm, ticks=60, substeps=2, sizes=PlanSizes(steps=100, waypoints=24, iterations=10))
+    return Cell(
+        arm=arm, ticks=60, substeps=2, plan=potential_planner(PlanSizes(steps=100, waypoints=24, iterations=10))
+    )
 
 
 @pytest.fixture(scope="session")

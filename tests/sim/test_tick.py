@@ -11,7 +11,7 @@ from hrcjax.numerics import unrolled_options
 from hrcjax.plan import path_curve
 from hrcjax.robot import control_points, tool_frame
 from hrcjax.safety import SsmParams, stopping_distance
-from hrcjax.sim import Params
+from hrcjax.sim import Fields, Params
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_state, joint_limits, tick
 
 
@@ -24,7 +24,7 @@ def program(cell, world):
     moving = jax.tree.map(lambda a: a[0], frames.moving)
 
     def run(state, age):
-        sensed = Sensed(fit(frames.static, params.field), fit(moving, params.field), age, jnp.asarray(True))
+        sensed = Sensed(Fields(fit(frames.static, params.field), fit(moving, params.field)), age, jnp.asarray(True))
         return tick(params, cell, curve, R, world.q_start, sensed, state)
 
     return jax.jit(run, compiler_options=unrolled_options())
@@ -33,8 +33,8 @@ def program(cell, world):
 @pytest.mark.slow
 @pytest.mark.parametrize("joint", [0, 4])
 @pytest.mark.parametrize("part", ["q", "qd"])
-def test_measured_nan_is_named_and_reaches_no_command(program, world, part, joint) -> None:
-    state = initial_state(world.q_start)
+def test_measured_nan_is_named_and_reaches_no_command(program, cell, world, part, joint) -> None:
+    state = initial_state(cell, world.q_start)
     state = eqx.tree_at(lambda s: s.arm.qd, state, jnp.full(6, 0.3, jnp.float32))
     state = eqx.tree_at(lambda s: getattr(s.arm, part), state, getattr(state.arm, part).at[joint].set(jnp.nan))
     _, record = program(state, jnp.asarray(0.05, jnp.float32))
@@ -46,7 +46,7 @@ def test_measured_nan_is_named_and_reaches_no_command(program, world, part, join
 
 @pytest.mark.slow
 def test_old_data_brake_at_the_joints_full_rate(program, world, cell) -> None:
-    state = eqx.tree_at(lambda s: s.arm.qd, initial_state(world.q_start), jnp.full(6, 0.5, jnp.float32))
+    state = eqx.tree_at(lambda s: s.arm.qd, initial_state(cell, world.q_start), jnp.full(6, 0.5, jnp.float32))
     _, record = program(state, jnp.asarray(0.3, jnp.float32))
     np.testing.assert_allclose(record.qdd, -15.0, rtol=1e-4)
 

@@ -20,7 +20,7 @@ from hrcjax.sweeps.sweepable import Metric, Sweepable, Trace
 
 
 def problem(scenes: tuple[str, ...] = ("robotica",), seeds: tuple[int, ...] = (0,), **changes: object) -> Sweepable:
-    base = toy_cell.build_cell(scenes, ("reach_in",), seeds, "folded")
+    base = toy_cell.build_problem(scenes, ("reach_in",), seeds, "folded")
     return Sweepable(**{**vars(base), **changes})  # pyright: ignore[reportArgumentType]
 
 

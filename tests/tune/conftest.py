@@ -4,18 +4,18 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from hrcjax.cells.cell import TOOL
+from hrcjax.cells.ur5 import TOOL
 from hrcjax.plan import PlanSizes
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sense import cell_camera
-from hrcjax.sim import Cell, World, make_world
+from hrcjax.sim import Cell, World, make_world, potential_planner
 from hrcjax.world import motion_named, scene_named
 
 
 @pytest.fixture(scope="session")
 def cell() -> Cell:
     arm = with_tool(load_arm("ur5"), *TOOL)
-    return Cell(arm=arm, ticks=100, substeps=2, sizes=PlanSizes(steps=60, waypoints=24, iterations=8))
+    return Cell(arm=arm, ticks=100, substeps=2, plan=potential_planner(PlanSizes(steps=60, waypoints=24, iterations=8)))
 
 
 @pytest.fixture(scope="session", params=["robotica", "hri"])

@@ -13,7 +13,7 @@ from hrcjax.tune import episode_loss
 
 FELT = {  # differences that are well above rounding in both scenes
     "plan.path.omega1", "plan.path.omega2", "policy.target.kp", "policy.target.kd", "policy.target.metric_max",
-    "policy.joint_limit.metric", "policy.damping.weight", "safety.clock.jerk", "motion.speed", "motion.lag",
+    "policy.joint_limit.metric", "policy.damping.weight", "motion.clock.jerk", "motion.speed", "motion.lag",
 }  # fmt: skip
 FELT_BESIDE_OBSTACLES = {"plan.potential.zeta", "field.length_scale", "policy.collision.r_act"}
 

@@ -88,3 +88,10 @@ def read_names(path: Path) -> dict[str, str]:
     if not (isinstance(found, dict) and all(isinstance(name, str) for name in found.values())):
         raise UsageError(f'names={path}: accepted are lines such as left_hand = "Hand L"')
     return found
+
+
+def people_of(name: str) -> list[str]:
+    """The people that a name stands for: "reach_in+pass_by" are two, in the cell at once; a file may have a plus in its
+    name."""
+    spec = motion_spec(name)
+    return [name] if "+" not in name or (spec and spec.path.is_file()) else name.split("+")

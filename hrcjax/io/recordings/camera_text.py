@@ -159,7 +159,7 @@ def _of_numbers(numbers: Sequence[float]) -> CameraNumbers | None:
     if len(n) in (12, 16) and n[8] == n[9] == 0 and n[10] == 1:
         return CameraNumbers(n[0], n[5], n[2], n[6])
     if len(n) == 4:
-        return CameraNumbers(*n)
+        return CameraNumbers(n[0], n[1], n[2], n[3])
     if len(n) == 6 and 0 < n[2] < n[4] and 0 < n[3] < n[5]:
         return CameraNumbers(n[0], n[1], n[2], n[3], (int(n[4]), int(n[5])))
     if len(n) == 6 and 0 < n[4] < n[0] and 0 < n[5] < n[1]:

@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.plan import length
+from hrcjax.geom.length import length
 
 
 def test_broken_line(dtype):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jax.test_util import check_grads
 
-from hrcjax.plan import bending_energy
+from hrcjax.geom.bending_energy import bending_energy
 
 energy = jax.jit(bending_energy)
 slope = jax.jit(jax.value_and_grad(bending_energy))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jax.test_util import check_grads
 
-from hrcjax.plan import resample as resample_
+from hrcjax.geom.resample import resample_path as resample_
 
 resample = jax.jit(resample_, static_argnums=1)
 

@@ -1,0 +1,119 @@
+"""A cell with everything a sweep must know of it, and where a cell is found by its name."""
+
+import hashlib
+import importlib
+import math
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+
+from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.parameters import leaf_names
+from hrcjax.lab.provenance import PACKAGE, file_digest
+from hrcjax.sim import Cell, Episode, Params, World
+from hrcjax.sweeps.sweepable import Metric
+from hrcjax.typing import Array
+
+ALIASES = {
+    "K_att": "plan.potential.k_att",
+    "K_rep": "plan.potential.k_rep",
+    "zeta": "plan.potential.zeta",
+    "omega1": "plan.path.omega1",
+    "omega2": "plan.path.omega2",
+    "length_scale": "field.length_scale",
+}
+DOMAINS = {
+    "plan.potential.k_att": (1e-4, 1.0),
+    "plan.potential.k_rep": (0.0, 1.0),
+    "plan.potential.zeta": (1.0, 10.0),
+    "plan.path.omega1": (1e-6, 1e3),
+    "plan.path.omega2": (0.0, 1e3),
+    "field.length_scale": (0.01, 0.2),
+    "field.noise": (0.0, 1.0),
+    "motion.speed": (0.01, 1.5),
+}
+"""Values outside are refused: they mean nothing, or the numbers do not carry them. All others of the built-in parts are not
+negative; those of a part from elsewhere may be any number."""
+
+
+MetricFn = Callable[[Params, Cell, World, Episode], Array]
+"""(params, cell, world, episode) -> one number."""
+
+
+@dataclass(frozen=True)
+class NamedCell:
+    """A cell with the defaults, domains and metrics that a sweep needs: what `--cell` names."""
+
+    cell: Cell
+    params: Params = field(default_factory=Params)
+    """Defaults. `Params(policy=...)` and the like where a part brings numbers of its own: any pytree of floats."""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """Short names of parameters, beside K_att, K_rep, zeta and the like: {"gain": "policy.gain"}."""
+    domains: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Least and greatest accepted value of parameters by dotted name."""
+    metrics: Mapping[str, tuple[Metric, MetricFn]] = field(default_factory=dict)
+    """Metrics beside the built-in ones."""
+    files: tuple[str, ...] = ()
+    """Files that decide results beside the code, such as an arm's MJCF: a run resumes only while they stay the same."""
+    identity: str | None = None
+    """What all of this is, in words, where the name says it: allows the traced program to be kept between runs."""
+    code: str = ""
+    """Digest of code outside of hrcjax and of `files`."""
+
+    def known_aliases(self) -> dict[str, str]:
+        """All short names whose parameter this cell has."""
+        names = leaf_names(self.params)
+        return {alias: name for alias, name in {**ALIASES, **self.aliases}.items() if name in names}
+
+    def known_domains(self) -> dict[str, tuple[float, float]]:
+        """The domain of every parameter."""
+        built_in, names = leaf_names(Params()), leaf_names(self.params)
+        least = {name: (0.0 if name in built_in else -math.inf, math.inf) for name in names}
+        return least | {name: DOMAINS[name] for name in names if name in DOMAINS} | dict(self.domains)
+
+
+def find_cell(name: str, built_in: Mapping[str, Callable[[], NamedCell]]) -> NamedCell:
+    """A built-in cell by its name, or what `module:function` returns; modules in the current folder are found.
+
+    Raises:
+        UsageError: no such cell, module or function, or it fails or returns something else.
+    """
+    if name in built_in:
+        return built_in[name]()
+    place, colon, function = name.partition(":")
+    if not (colon and place and function):
+        raise UsageError(f"no cell {name!r}; accepted: {', '.join(built_in)}, or MODULE:FUNCTION")
+    if str(Path.cwd()) not in sys.path and "" not in sys.path:
+        sys.path.insert(0, str(Path.cwd()))
+    try:
+        module = importlib.import_module(place)
+        build = getattr(module, function)
+        made = build()
+    except Exception as error:  # somebody else's code may raise anything
+        raise UsageError(f"--cell {name}: {type(error).__name__}: {one_line(error)}") from error
+    made = NamedCell(made) if isinstance(made, Cell) else made
+    if not isinstance(made, NamedCell):
+        raise UsageError(f"--cell {name}: returns {type(made).__name__}; accepted: a Cell or a NamedCell")
+    try:
+        return NamedCell(**{**vars(made), "identity": None, "code": _digest(module, made.files)})
+    except OSError as error:
+        raise UsageError(f"--cell {name}: {one_line(error)}") from error
+
+
+def _digest(module: ModuleType, files: tuple[str, ...]) -> str:
+    """SHA-256 over the files, and all modules that lie in the folder of the module's outermost package."""
+    outermost = sys.modules[module.__name__.partition(".")[0]]
+    folder = Path(outermost.__file__ or module.__file__ or ".").resolve().parent
+    files_of_modules = (getattr(m, "__file__", None) for m in list(sys.modules.values()))
+    sources = {Path(file).resolve() for file in files_of_modules if file}
+    own = [
+        p
+        for p in sources
+        if p.is_relative_to(folder) and not p.is_relative_to(PACKAGE) and "site-packages" not in p.parts
+    ]
+    digest = hashlib.sha256()
+    for path in [*sorted(own), *(Path(file) for file in files)]:
+        digest.update(f"{path.name}\0{file_digest(path)}\0".encode())
+    return digest.hexdigest()

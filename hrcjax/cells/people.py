@@ -1,0 +1,67 @@
+"""The people of a cell by name: made motions, recorded ones, several at once."""
+
+from functools import cache
+
+import numpy as np
+
+from hrcjax.io.motions.motion import Motion, read_motion
+from hrcjax.io.motions.spec import FORMS, motion_spec, people_of
+from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, together
+
+FASTEST = 8.0
+"""Speed of a joint beyond which a recording jumps: faster than hands are at work [m/s]."""
+PERSON_RATE = 30.0
+"""Poses a second of a person's record [Hz]."""
+
+
+def make_people(name: str, scene: Scene, seed: int, duration: float, places: int) -> Person:
+    """Everybody in the cell as one record, with capsules for `places` people; those that are not there are absent.
+
+    Raises:
+        ValueError: no such motion, a file that is missing or broken, more people than places.
+    """
+    names = people_of(name)
+    if len(names) > places:
+        raise ValueError(
+            f"{name}: {len(names)} people in a cell for {places}; accepted: a cell with people={len(names)}"
+        )
+    names += ["nobody"] * (places - len(names))
+    return together([make_person(one, scene, seed + 1000 * k, duration) for k, one in enumerate(names)])
+
+
+def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
+    """A motion by name, or a recorded one: see `hrcjax.io.motions.spec`.
+
+    Raises:
+        ValueError: no such motion, or a file that is missing or broken.
+    """
+    if name in MOTIONS:
+        return motion_named(name, scene, seed, duration, PERSON_RATE)
+    motion = _recording(name, duration)
+    return person_from_joints(motion.positions, motion.names, motion.rate, scene, duration, PERSON_RATE)
+
+
+@cache
+def _recording(name: str, duration: float) -> Motion:
+    """What is played of a motion file, read once."""
+    spec = motion_spec(name)
+    if spec is None:
+        raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or {FORMS}")
+    return read_motion(spec, duration)
+
+
+def recording_notes(name: str, duration: float) -> list[str]:
+    """What to know of a recorded person: how much of it an episode takes, and where it jumps."""
+    motion = _recording(name, duration)
+    rate, length, notes = motion.rate, motion.length, list(motion.notes)
+    if length > duration:
+        notes.append(f"{name}: the first {duration:g} s of {length:.1f} s are played")
+    elif length < duration:
+        notes.append(f"{name}: {length:.1f} s long; the last pose is held to {duration:g} s")
+    speed = np.linalg.norm(np.diff(motion.positions, axis=0), axis=-1).max(axis=1, initial=0.0) * rate
+    if (speed > FASTEST).any():
+        first = float(np.argmax(speed > FASTEST)) / rate
+        notes.append(
+            f"{name}: a joint moves at up to {speed.max():.0f} m/s, first over {FASTEST:g} m/s at {first:.1f} s: the recording jumps"
+        )
+    return notes

@@ -1,0 +1,83 @@
+"""A cell, its scenes and its people as the problem that a sweep runs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from hrcjax.cells.named_cell import find_cell
+from hrcjax.cells.people import PERSON_RATE, make_person, recording_notes
+from hrcjax.cells.results import STATUSES, TRACES, evaluate, without_flags
+from hrcjax.cells.ur5 import CELLS
+from hrcjax.cells.worlds import ABOUT, about, build_world
+from hrcjax.io.motions.spec import people_of
+from hrcjax.metrics import METRICS
+from hrcjax.sweeps.sweepable import Metric, Sweepable
+from hrcjax.world import MOTIONS, scene_named
+
+BYTES_PER_TICK = 1700
+"""Memory that one tick of one setting takes while it runs, measured [bytes]."""
+
+
+def build_problem(
+    scenes: Sequence[str],
+    people: Sequence[str],
+    seeds: Sequence[int],
+    backend: str | None = None,
+    cell_name: str = "ur5",
+) -> Sweepable:
+    """Everything that the sweep needs.
+
+    Args:
+        people: names of motions, BVH files, or several of them joined by "+", who are in the cell at the same time.
+        backend: of the arm's dynamics; None: the cell's own.
+        cell_name: a built-in cell, or MODULE:FUNCTION that returns one.
+
+    Raises:
+        ValueError: an unknown scene, person or cell.
+    """
+    named = find_cell(cell_name, CELLS)
+    cell = named.cell if backend is None else replace(named.cell, backend=backend)
+    cell = replace(cell, people=max(cell.people, *(len(people_of(name)) for name in people)))
+    named = replace(named, cell=cell)
+    duration = cell.ticks * cell.dt
+    frames = round(duration * PERSON_RATE) + 1
+    for scene in scenes:
+        scene_named(scene, 0)
+    singles = [one for name in people for one in people_of(name)]
+    for one in singles:
+        make_person(one, scene_named(scenes[0], 0), 0, 1.0)
+    worlds: list[tuple[Mapping[str, Any], Callable[[], Any]]] = [
+        ({"scene": scene, "person": person, "seed": seed}, partial(build_world, cell, scene, person, seed))
+        for scene, person, seed in product(scenes, people, seeds)
+    ]
+    own = {name: metric for name, (metric, _) in named.metrics.items()}
+    return Sweepable(
+        params=without_flags(named.params),
+        evaluate=partial(evaluate, named),
+        worlds=worlds,
+        metrics={name: Metric(*about) for name, about in METRICS.items()} | own,  # type: ignore[arg-type]
+        traces=TRACES,
+        bytes_per_setting=cell.ticks * BYTES_PER_TICK,
+        aliases=named.known_aliases(),
+        domains=named.known_domains(),
+        notes=[
+            note for name in dict.fromkeys(singles) if name not in MOTIONS for note in recording_notes(name, duration)
+        ],
+        rank="score_overall",
+        trade_off=("tool_length", "tool_bending_energy", "clearance"),
+        statuses=STATUSES,
+        identity=named.identity and f"{named.identity} {cell.backend} {cell.people}",
+        code=named.code,
+        open_ended=frozenset({"clearance", "separation"}),
+        describe=about,
+        described=ABOUT,
+        coords={
+            "frame": (np.arange(frames) / PERSON_RATE, "s", "time of the person's pose"),
+            "time": (np.asarray(cell.times[:: cell.metric_stride]), "s", "time since the start"),
+            "xyz": (np.array(["x", "y", "z"]), "", "axis of the world"),
+        },
+    )

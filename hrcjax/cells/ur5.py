@@ -1,0 +1,35 @@
+"""The cells that come with the project: a UR5, or a UR5e, on its table."""
+
+from hrcjax.cells.named_cell import NamedCell
+from hrcjax.robot import load_arm, with_tool
+from hrcjax.sim import Cell
+
+TOOL = (0.12, 0.03)
+"""Length and radius of the tool: with the bare flange at the paper's goal, 5 cm over the table, the forearm would lie in
+the 20 cm column beside it [m]."""
+EPISODE = 10.0
+"""Length of an episode [s]."""
+
+
+def make_cell(backend: str = "folded", variant: str = "ur5") -> Cell:
+    """A UR5 or UR5e with the default parts."""
+    return Cell(arm=with_tool(load_arm(variant), *TOOL), ticks=round(EPISODE / Cell.dt), backend=backend)
+
+
+def ur5_cell() -> NamedCell:
+    """The UR5 of the Robotica paper."""
+    return _named("ur5")
+
+
+def ur5e_cell() -> NamedCell:
+    """The UR5e of the HRI paper."""
+    return _named("ur5e")
+
+
+def _named(variant: str) -> NamedCell:
+    cell = make_cell(variant=variant)
+    return NamedCell(cell, identity=f"cell {variant} {TOOL} {cell.ticks} x {cell.dt}")
+
+
+CELLS = {"ur5": ur5_cell, "ur5e": ur5e_cell}
+"""Built-in cells by name."""

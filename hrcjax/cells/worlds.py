@@ -1,0 +1,50 @@
+"""A world of a cell: a scene with people, sensed once, and what of it is stored for figures."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.cells.people import make_people
+from hrcjax.sense import cell_camera
+from hrcjax.sim import Cell, World, make_world
+from hrcjax.sweeps.sweepable import Trace
+from hrcjax.world import scene_named
+
+ABOUT = {
+    "obstacle_kind": Trace(("obstacle",), "", "0 sphere, 1 column, 2 box"),
+    "obstacle_center": Trace(("obstacle", "xyz"), "m", "middle of the obstacle"),
+    "obstacle_size": Trace(("obstacle", "xyz"), "m", "half extents; radius first"),
+    "obstacle_yaw": Trace(("obstacle",), "rad", "turn about the vertical"),
+    "obstacle_mask": Trace(("obstacle",), "", "1 where an obstacle exists"),
+    "start": Trace(("xyz",), "m", "start of the path"),
+    "goal": Trace(("xyz",), "m", "goal of the path"),
+    "person_a": Trace(("frame", "capsule", "xyz"), "m", "one end of the person's capsules"),
+    "person_b": Trace(("frame", "capsule", "xyz"), "m", "other end"),
+    "person_radius": Trace(("capsule",), "m", "radius"),
+}
+"""What is stored of a world, once, for figures."""
+
+
+def about(world: World) -> dict[str, Any]:
+    """The arrays named in `ABOUT`."""
+    scene, person = world.scene, world.person
+    return {
+        "obstacle_kind": scene.kind,
+        "obstacle_center": scene.center,
+        "obstacle_size": scene.size,
+        "obstacle_yaw": scene.yaw,
+        "obstacle_mask": scene.mask.astype(jnp.int8),
+        "start": scene.start,
+        "goal": scene.goal,
+        "person_a": person.a,
+        "person_b": person.b,
+        "person_radius": person.radius,
+    }
+
+
+def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> World:
+    """One scene with one person or more, sensed."""
+    scene = scene_named(scene_name, seed)
+    person = make_people(person_name, scene, seed, cell.ticks * cell.dt, cell.people)
+    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed))

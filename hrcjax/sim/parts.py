@@ -1,0 +1,161 @@
+"""The parts of a cell that can be exchanged: what each is asked, and what it answers.
+
+A part is a function, or a few that belong together. Its first argument is its own numbers: `Params.plan`, `Params.field`,
+`Params.policy` or `Params.safety`, any pytree of floats whose leaves a sweep and a gradient reach by their dotted names.
+The guards stay in the control tick, outside of the parts: commands and readings that are not finite, the limits of the
+joints, the speed governor. No part can switch them off.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.geom.point_motion import PointMotion
+from hrcjax.plan import PathResult, PlanParams, PotentialParams, judge
+from hrcjax.policy import JointLimits
+from hrcjax.safety import SafetyDecision, SsmParams
+from hrcjax.sim.sensing import Frames
+from hrcjax.typing import Array, Bool, Float, Joints, Scalar, Vector3
+from hrcjax.world import Scene, obstacle_distances
+
+
+class Task(eqx.Module):
+    """What a planner is asked for: the way of the tool from start to goal, among obstacles that it is told of."""
+
+    scene: Scene
+    """Start, goal, bounds and obstacles: the task-space map."""
+    q_start: Joints
+    """Joint positions at the start [rad]."""
+
+    def distances(self, x: Vector3) -> Float[Array, "obstacle"]:
+        """Signed distance from x to every obstacle [m]; an absent one is far away."""
+        return obstacle_distances(self.scene, x)
+
+
+PlanFn = Callable[[Any, Task], PathResult]
+"""(Params.plan, task) -> the path of the tool. `path_through` makes the result from waypoints."""
+
+
+def path_through(task: Task, waypoints: Float[Array, "waypoint 3"]) -> PathResult:
+    """A path with its length, bending energy and clearance; "clear" means that the tool point touches no obstacle.
+
+    Args:
+        waypoints: from start to goal, no two alike, at least 4 [m].
+    """
+    touching = PlanParams(potential=PotentialParams(zeta=1.0))
+    scene = task.scene
+    return judge(touching, waypoints, task.distances, scene.radius, scene.lower, scene.upper)
+
+
+class Fields(eqx.Module):
+    """What was made of all frames of a world, once for all settings that share the field's numbers."""
+
+    static: Any
+    """Any pytree: the same at all times, such as the field of the scene without the person."""
+    moving: Any
+    """Any pytree whose leaves have one row per frame; a tick gets the row of the newest frame."""
+
+
+class Reading(eqx.Module):
+    """What is known at one point. Gradients point away from the surface."""
+
+    distance: Float[Array, "*point"]
+    """Distance to the nearest surface of anything [m]."""
+    gradient: Float[Array, "*point 3"]
+    """Its gradient [1]."""
+    person_distance: Float[Array, "*point"]
+    """Distance to the person, or to whatever moves; should never be more than the true one. Far away if nobody is there [m]."""
+    person_gradient: Float[Array, "*point 3"]
+    """Its gradient [1]."""
+
+
+FitFn = Callable[[Any, Frames], Fields]
+"""(Params.field, frames) -> fields."""
+ReadFn = Callable[[Any, Fields, Vector3], Reading]
+"""(Params.field, fields with the row of one frame, point [m]) -> reading of one point."""
+
+
+@dataclass(frozen=True)
+class FieldPart:
+    """The field that the arm reads."""
+
+    fit: FitFn
+    read: ReadFn
+
+
+class ArmMotion(eqx.Module):
+    """The arm as measured."""
+
+    q: Joints
+    """Joint positions [rad]."""
+    qd: Joints
+    """Joint speeds [rad/s]."""
+    tool: PointMotion
+    """Tool point, and the points `TOOL_REACH` along its x and y axes."""
+    body: PointMotion
+    """Centres of the control spheres."""
+
+
+class Goal(eqx.Module):
+    """Where the three tool points should be now."""
+
+    x: Float[Array, "goal 3"]
+    """Positions [m]."""
+    xd: Float[Array, "goal 3"]
+    """Velocities [m/s]."""
+    xdd: Float[Array, "goal 3"]
+    """Accelerations [m/s^2]."""
+    posture: Joints
+    """Joint positions to prefer where the goal leaves a choice [rad]."""
+
+
+class Clearance(eqx.Module):
+    """How much room the control spheres have."""
+
+    distance: Float[Array, "point"]
+    """Distance of each sphere's surface to anything; negative inside [m]."""
+    gradient: Float[Array, "point 3"]
+    """Gradient of that distance: away from the obstacle [1]."""
+    person_distance: Float[Array, "point"]
+    """Distance to the person, less the sphere's radius and `COVER_MARGIN` [m]."""
+    person_gradient: Float[Array, "point 3"]
+    """Gradient of that distance: away from the person [1]."""
+
+
+PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]
+"""(Params.policy, arm, goal, clearance, limits) -> joint acceleration asked for [rad/s^2]. It need not keep the limits."""
+
+
+class Separation(eqx.Module):
+    """What a safety monitor is told in one tick."""
+
+    distance: Float[Array, "point"]
+    """Distance of every control point's surface to the person [m]."""
+    approach: Float[Array, "point"]
+    """Speed of every control point towards the person [m/s]."""
+    age: Float[Array, ""]
+    """Age of the data about the person; infinite: there are none [s]."""
+    valid: Bool[Array, ""]
+    """False where the frame lost points for want of places."""
+    dt: Scalar
+    """Time since the last tick [s]."""
+
+
+@dataclass(frozen=True)
+class SafetyPart:
+    """The safety monitor, with what it remembers from tick to tick."""
+
+    start: Callable[[Any], Any]
+    """(dtype) -> the memory before the first tick: any pytree."""
+    decide: Callable[[Any, Any, Separation], tuple[Any, SafetyDecision]]
+    """(Params.safety, memory, separation) -> memory after the tick, and what is allowed in it."""
+    yardstick: Callable[[Any], SsmParams] = lambda params: SsmParams()
+    """(Params.safety) -> the speed-and-separation figures by which the metrics judge the run."""
+
+
+def all_finite(*arrays: Array) -> Bool[Array, ""]:
+    """Whether every number is finite."""
+    return jnp.all(jnp.stack([jnp.all(jnp.isfinite(array)) for array in arrays]))

@@ -1,0 +1,307 @@
+"""The page on parts of one's own: its code runs as a user's would, and changes the motion; no part switches a guard off."""
+
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+import pytest
+
+from hrcjax.cells.named_cell import NamedCell, find_cell
+from hrcjax.cells.results import evaluate
+from hrcjax.cells.ur5 import CELLS, make_cell
+from hrcjax.lab.errors import UsageError
+from hrcjax.lab.parameters import batch_params, leaf_names
+from hrcjax.numerics import unrolled_options
+from hrcjax.robot import COVER_MARGIN, arm_capsules, arm_from_model, control_points, load_arm, tool_frame, ur_xml
+from hrcjax.safety import SafetyDecision, SsmParams
+from hrcjax.sense import cell_camera
+from hrcjax.sim import Cell, Params, SafetyPart, Task, World, make_world, tick
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, initial_state
+from hrcjax.world import capsules_obstacle_distances, motion_named, scene_named, together
+
+PAGE = Path(__file__).parents[2] / "docs" / "own-parts.md"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The page's modules and its MJCF file, in the current folder of a user."""
+    folder = tmp_path_factory.mktemp("own")
+    text = PAGE.read_text(encoding="utf-8")
+    for name, code in re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL):
+        with open(folder / name, "a", encoding="utf-8") as file:
+            file.write(code)
+    (folder / "seven.xml").write_text(re.findall(r"```xml\n(.*?)```", text, re.DOTALL)[0])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.syspath_prepend(folder)
+        yield folder
+    for name in ("my_cell", "map_cell", "seven_cell"):
+        sys.modules.pop(name, None)
+
+
+@pytest.fixture(scope="module")
+def own(folder: Path) -> dict[str, NamedCell]:
+    return {name: find_cell(f"{name}:build", CELLS) for name in ("my_cell", "map_cell", "seven_cell")}
+
+
+@pytest.fixture(scope="module")
+def together_cell(own: dict[str, NamedCell]) -> NamedCell:
+    """All four at once: a policy, a planner, the fused map and a seven-joint arm; short, so that it compiles soon."""
+    mine, mapped, seven = (own[name] for name in ("my_cell", "map_cell", "seven_cell"))
+    field = {"field": mapped.cell.field, "layout": mapped.cell.layout}
+    cell = replace(mine.cell, arm=seven.cell.arm, ticks=60, substeps=2, **field)
+    return replace(mine, cell=cell, params=eqx.tree_at(lambda p: p.field, mine.params, mapped.params.field))
+
+
+def small_world(cell: Cell) -> World:
+    """Nobody is there, and nothing is taken for somebody."""
+    scene = scene_named("robotica", 0)
+    person = motion_named("nobody", scene, 0, 2.0, 30.0)
+    world = make_world(cell, scene, person, cell_camera(scene, decimation=8), jax.random.key(0))
+    return eqx.tree_at(lambda w: w.frames.moving.mask, world, jnp.zeros_like(world.frames.moving.mask))
+
+
+@pytest.fixture(scope="module")
+def world(together_cell: NamedCell) -> World:
+    return small_world(together_cell.cell)
+
+
+def test_leaves_of_own_parts_have_dotted_names_and_domains(own: dict[str, NamedCell]) -> None:
+    mine = own["my_cell"]
+    names = leaf_names(mine.params)
+    assert names["policy.stiffness"] == 25.0 and names["plan.rise"] == 0.1
+    assert not any(name.startswith(("plan.potential", "policy.target")) for name in names)
+    assert mine.known_domains()["plan.rise"] == (0.0, 0.5) and mine.known_domains()["policy.push"][0] == -np.inf
+    assert "K_att" not in mine.known_aliases() and mine.known_aliases()["length_scale"] == "field.length_scale"
+
+
+def test_digest_of_a_cell_follows_its_code_and_files(folder: Path, own: dict[str, NamedCell]) -> None:
+    before = own["seven_cell"].code
+    assert before and find_cell("seven_cell:build", CELLS).code == before and own["my_cell"].identity is None
+    text = (folder / "seven.xml").read_text()
+    (folder / "seven.xml").write_text(text + "\n")
+    assert find_cell("seven_cell:build", CELLS).code != before
+    (folder / "seven.xml").write_text(text)
+    module = (folder / "map_cell.py").read_text()  # imported from the same folder
+    (folder / "map_cell.py").write_text(module + "\n")
+    assert find_cell("seven_cell:build", CELLS).code != before
+    (folder / "map_cell.py").write_text(module)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("ur6", "no cell 'ur6'; accepted: ur5, ur5e, or MODULE:FUNCTION"),
+        ("no_module_here:build", "ModuleNotFoundError"),
+        ("my_cell:nothing", "has no attribute 'nothing'"),
+        ("my_cell:Spring", "returns Spring; accepted: a Cell or a NamedCell"),
+        ("my_cell:spring", "TypeError"),
+    ],
+)
+def test_cells_that_are_none_are_refused_in_one_line(folder: Path, name: str, words: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        find_cell(name, CELLS)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_the_planner_of_the_page_draws_the_arch_it_says(own: dict[str, NamedCell]) -> None:
+    scene = scene_named("robotica", 0)
+    task, plan = Task(scene, jnp.zeros(6)), own["my_cell"].cell.plan
+    flat, arch = (plan({"rise": jnp.asarray(rise, jnp.float32)}, task) for rise in (0.0, 0.2))
+    np.testing.assert_allclose(flat.length, np.linalg.norm(np.subtract(scene.goal, scene.start)), rtol=1e-5)
+    assert float(flat.bending_energy) < 1e-6 < float(arch.bending_energy)
+    line = np.asarray(flat.waypoints)
+    np.testing.assert_allclose(np.max(np.asarray(arch.waypoints)[:, 2] - line[:, 2]), 0.2, rtol=0.02)
+    u = np.linspace(0, 1, 16)
+    np.testing.assert_allclose(arch.waypoints[:, 2], line[:, 2] + 0.2 * np.sin(np.pi * u), atol=1e-6)
+
+
+@pytest.mark.slow
+def test_all_four_parts_move_the_arm_and_their_leaves_are_swept(together_cell: NamedCell, world: World) -> None:
+    values = {"policy.stiffness": np.array([25.0, 25.0, 100.0]), "plan.rise": np.array([0.0, 0.2, 0.0])}
+    batch = batch_params(together_cell.params, values)
+    program = jax.jit(lambda batch, world: evaluate(together_cell, batch, world))
+    out = program.lower(batch, world).compile(compiler_options=unrolled_options())(batch, world)
+    assert out["plan"].shape == (3, 16, 3) and np.isfinite(out["tool"]).all()
+    lengths = np.asarray(out["plan_length"])
+    assert lengths[1] > lengths[0] + 0.05 and lengths[2] == lengths[0]
+    tool, start = np.asarray(out["tool"]), np.asarray(world.scene.start)
+    assert np.linalg.norm(tool[:, 0] - start, axis=1).max() < 2e-3
+    moved = np.linalg.norm(tool[:, -1] - start, axis=1)
+    assert (moved > 0.01).all()
+    assert tool[1, -1, 2] > tool[0, -1, 2] + 0.005, "the arm follows the planner's arch"
+    assert np.abs(tool[2, -1] - tool[0, -1]).max() > 1e-5, "the policy's stiffness reaches the motion"
+
+
+def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell: NamedCell, world: World) -> None:
+    """Beside the columns, where the camera of the set-up sees them, within the 5 cm of the map's spacing."""
+    mapped, scene = own["map_cell"], world.scene
+    fields = mapped.cell.field.fit(mapped.params.field, world.frames)
+    now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
+    camera = np.asarray(cell_camera(scene).position)
+    read = jax.jit(lambda x: mapped.cell.field.read(mapped.params.field, now, x))
+    there = np.asarray(scene.mask)
+    for centre, size in zip(np.asarray(scene.center)[there], np.asarray(scene.size)[there], strict=True):
+        towards = (camera - centre)[:2] / np.linalg.norm((camera - centre)[:2])
+        for gap in (0.05, 0.1):
+            x = np.array([*(centre[:2] + (size[0] + gap) * towards), min(0.12, 1.6 * centre[2])], np.float32)
+            reading, exact = read(jnp.asarray(x)), float(np.min(Task(scene, world.q_start).distances(jnp.asarray(x))))
+            assert abs(float(reading.distance) - exact) < 0.03
+            across = np.asarray(reading.gradient)[:2]
+            assert across @ towards / np.linalg.norm(across) > 0.9 or gap > 0.05 or exact < gap - 1e-3
+        assert float(reading.person_distance) > 5.0
+
+
+@pytest.fixture(scope="module")
+def ur5_world() -> tuple[Cell, World]:
+    cell = replace(make_cell(), ticks=60, substeps=2)
+    return cell, small_world(cell)
+
+
+def one_tick(cell: Cell, world: World, params: Params, qd: float = 0.3):
+    """One tick of an arm that moves, with nobody near, along the straight path."""
+    from hrcjax.plan import path_curve
+
+    scene = world.scene
+    curve = path_curve(jnp.linspace(0, 1, 24)[:, None].astype(jnp.float32) * (scene.goal - scene.start) + scene.start)
+    R, _ = tool_frame(cell.arm, world.q_start)
+    fields = cell.field.fit(params.field, world.frames)
+    now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
+    state = initial_state(cell, world.q_start)
+    state = eqx.tree_at(lambda s: s.arm.qd, state, jnp.full_like(world.q_start, qd))
+    sensed = Sensed(now, jnp.asarray(0.05, jnp.float32), jnp.asarray(True))
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params)
+    return jax.jit(lambda p: tick(p, cell, curve, R, world.q_start, sensed, state)[1])(params)
+
+
+def test_a_policy_cannot_pass_the_guards(ur5_world: tuple[Cell, World]) -> None:
+    cell, world = ur5_world
+    broken = replace(cell, policy=lambda params, arm, goal, clearance, limits: arm.q * jnp.nan)
+    record = one_tick(broken, world, Params(policy={"gain": 1.0}))
+    assert int(record.status) & NOT_FINITE_COMMAND and np.all(np.asarray(record.qdd) < -5.0)
+    wild = replace(cell, policy=lambda params, arm, goal, clearance, limits: 1e6 * jnp.ones_like(arm.q))
+    record = one_tick(wild, world, Params(policy={"gain": 1.0}), qd=3.1)
+    after = np.asarray(record.qd) + cell.dt * np.asarray(record.qdd)
+    assert np.all(np.abs(record.qdd) <= cell.arm.qdd_max + 1e-3) and np.all(after <= cell.arm.qd_max + 1e-4)
+
+
+@pytest.mark.parametrize("broken", ["distance", "speed_limit", "point_limit"])
+def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(ur5_world: tuple[Cell, World], broken: str) -> None:
+    """Also under a monitor that lets everything pass."""
+    cell, world = ur5_world
+
+    def allow(params, memory, separation):
+        d = separation.distance
+        limits = {"speed_limit": jnp.asarray(10.0, d.dtype), "point_limit": jnp.full_like(d, 10.0)}
+        limits = {name: value * jnp.nan if name == broken else value for name, value in limits.items()}
+        no = jnp.zeros((), jnp.int32)
+        return memory, SafetyDecision(
+            zone=no, scale=jnp.ones((), d.dtype), hold=jnp.asarray(False), reasons=no, **limits
+        )
+
+    def read(params, fields, x):
+        reading = cell.field.read(params, fields, x)
+        return eqx.tree_at(lambda r: r.person_distance, reading, reading.person_distance * jnp.nan)
+
+    field = replace(cell.field, read=read) if broken == "distance" else cell.field
+    still = replace(cell, safety=SafetyPart(lambda dtype: jnp.zeros((), dtype), allow), field=field)
+    still = replace(still, policy=lambda params, arm, goal, clearance, limits: jnp.zeros_like(arm.q))
+    held = one_tick(still, world, Params(policy={"gain": 1.0}, safety={"gain": 1.0}))
+    np.testing.assert_allclose(held.qdd, -15.0, rtol=1e-3)
+    assert still.safety.yardstick(None) == SsmParams()
+
+
+def test_two_people_are_held(ur5_world: tuple[Cell, World]) -> None:
+    """Where one person's places would not do for both."""
+    cell = replace(ur5_world[0], people=2)
+    scene = ur5_world[1].scene
+    both = together(
+        [motion_named(name, scene, seed, 2.0, 30.0) for seed, name in enumerate(("reach_in", "stand_and_work"))]
+    )
+    assert both.radius.shape == (28,) and len(both.regions) == 28
+    assert bool((together([both, motion_named("nobody", scene, 0, 2.0, 30.0)]).radius[28:] == -1).all())
+    frames = make_world(cell, scene, both, cell_camera(scene, decimation=8), jax.random.key(0)).frames
+    assert not np.asarray(frames.overflow).any() and int(np.asarray(frames.moving.mask).sum(axis=1).max()) > 576
+    with pytest.raises(ValueError, match="records of one length"):
+        together([both, motion_named("nobody", scene, 0, 1.0, 30.0)])
+
+
+# arms from models -----------------------------------------------------------------------------------------------------
+
+
+def test_a_seven_joint_arm_is_where_mujoco_has_it(own: dict[str, NamedCell]) -> None:
+    arm = own["seven_cell"].cell.arm
+    data, random = mujoco.MjData(arm.model), np.random.default_rng(0)
+    for _ in range(10):
+        q = random.uniform(arm.q_min, arm.q_max)
+        data.qpos[:] = q
+        mujoco.mj_kinematics(arm.model, data)
+        R, p = tool_frame(arm, jnp.asarray(q))
+        np.testing.assert_allclose(p, data.site("tool").xpos, atol=1e-9)
+        np.testing.assert_allclose(R, data.site("tool").xmat.reshape(3, 3), atol=1e-9)
+        capsules = arm_capsules(arm, jnp.asarray(q))
+        for k, name in enumerate(arm.capsule_names):
+            geom = data.geom(name)
+            np.testing.assert_allclose((capsules.a[k] + capsules.b[k]) / 2, geom.xpos, atol=1e-9)
+            axis = geom.xmat.reshape(3, 3)[:, 2] * arm.model.geom(name).size[1]
+            np.testing.assert_allclose((capsules.b[k] - capsules.a[k]) / 2, axis, atol=1e-9)
+    assert arm.chain.size == 7 and arm.tau_max.tolist() == [87.0] * 4 + [12.0] * 3
+    np.testing.assert_array_equal(arm.q_min[[1, 3, 5]], [-1.7, -3.0, 0.0])
+    np.testing.assert_array_equal(arm.q_max[[1, 3, 5]], [1.7, 0.0, 3.7])
+
+
+def test_control_spheres_cover_every_moving_capsule(own: dict[str, NamedCell]) -> None:
+    arm = own["seven_cell"].cell.arm
+    q = jnp.asarray(arm.home)
+    capsules, centres = arm_capsules(arm, q), np.asarray(control_points(arm, q))
+    random = np.random.default_rng(0)
+    for k, link in enumerate(arm.capsule_links):
+        if link < 0:
+            continue
+        a, b, r = (np.asarray(v[k]) for v in (capsules.a, capsules.b, capsules.radius))
+        way = random.normal(size=(2000, 3))
+        x = a + random.uniform(0, 1, (2000, 1)) * (b - a) + r * way / np.linalg.norm(way, axis=1, keepdims=True)
+        outside = np.min(np.linalg.norm(x[:, None] - centres, axis=2) - arm.control_radii, axis=1)
+        assert outside.max() < COVER_MARGIN
+
+
+def test_the_ur5_read_from_its_own_model_is_the_ur5() -> None:
+    table = load_arm("ur5")
+    arm = arm_from_model(mujoco.MjModel.from_xml_string(ur_xml("ur5")), "ur5")  # pyright: ignore[reportAttributeAccessIssue]
+    q = jnp.asarray(np.random.default_rng(1).uniform(-1, 1, 6), jnp.float32)
+    for ours, theirs in zip(tool_frame(arm, q), tool_frame(table, q), strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-6)
+    scene = scene_named("robotica", 0)
+    gaps = [np.sort(np.min(capsules_obstacle_distances(scene, arm_capsules(one, q)), axis=1)) for one in (arm, table)]
+    np.testing.assert_allclose(gaps[0], gaps[1], atol=1e-6)
+    np.testing.assert_array_equal(arm.tau_max, table.tau_max)
+    np.testing.assert_allclose(arm.home, table.home)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("<site", "<!-- <site"), "no site 'tool'"),
+        (('name="home"', 'name="rest"'), "no keyframe 'home'; accepted: rest"),
+        (('<motor joint="j3"/>', ""), "states no torque of joint 'j3'"),
+        (('type="capsule"', 'type="box"'), "no geom rides on a moving link"),
+    ],
+)
+def test_models_that_are_no_arm_are_refused(folder: Path, change: tuple[str, str], words: str) -> None:
+    text = (folder / "seven.xml").read_text()
+    if change[0] == "<site":
+        text = re.sub("<site[^>]*/>", "", text)
+    elif "box" in change[1]:
+        text = re.sub(r'fromto="[^"]*" size="([^"]*)"', r'size="\1 \1 \1"', text).replace(*change)
+    else:
+        text = text.replace(*change)
+    model = mujoco.MjModel.from_xml_string(text)  # pyright: ignore[reportAttributeAccessIssue]
+    with pytest.raises(ValueError, match=re.escape(words)):
+        arm_from_model(model, "seven")
