@@ -30,19 +30,21 @@ class Terminated(KeyboardInterrupt):
 
 
 @contextlib.contextmanager
-def _terminated_as_interrupt() -> Iterator[None]:
-    """SIGTERM becomes `Terminated`, unless somebody had it handled or ignored already."""
+def _terminated_as_interrupt() -> Iterator[list[int]]:
+    """SIGTERM becomes `Terminated`, unless somebody had it handled or ignored already; lists the signals that came."""
+    came: list[int] = []
     main = threading.current_thread() is threading.main_thread()  # signals come to the main thread alone
     if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
+        yield came
         return
 
-    def stop(*_: object) -> None:
+    def stop(number: int, _: object) -> None:
+        came.append(number)
         raise Terminated
 
     signal.signal(signal.SIGTERM, stop)
     try:
-        yield
+        yield came
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
@@ -81,8 +83,9 @@ def exit_status(
         return 2
     if os.environ.get("HRCJAX_DEBUG") == "1":
         return program()
+    came: list[int] = []
     try:
-        with _terminated_as_interrupt():
+        with _terminated_as_interrupt() as came:
             return program()
     except SystemExit as stop:
         return int(stop.code or 0)
@@ -96,7 +99,9 @@ def exit_status(
     except KeyboardInterrupt as stop:
         message, status = stopped, 143 if isinstance(stop, Terminated) else 130
     except (MemoryError, RuntimeError, AssertionError) as error:
-        if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in str(error):
+        if came:  # within a callback from compiled code, which makes an error of its own of it
+            message, status = stopped, 143
+        elif isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in str(error):
             message, status = memory, 1
         elif text := _lacks_platform():
             message, status = text, 2

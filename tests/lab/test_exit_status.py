@@ -30,6 +30,19 @@ def test_sigterm_ends_as_an_interrupt_does(capsys: pytest.CaptureFixture[str]) -
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
+def test_sigterm_within_a_callback_of_compiled_code(capsys: pytest.CaptureFixture[str]) -> None:
+    def program() -> int:
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            signal.pause()
+        except Terminated as stop:
+            raise jax.errors.JaxRuntimeError("INTERNAL: CpuCallback error calling callback: Terminated") from stop
+        return 0
+
+    assert exit_status(program, "stopped here") == 143
+    assert capsys.readouterr().err == "error: stopped here\n"
+
+
 def test_sigterm_that_is_ignored_stays_so() -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:

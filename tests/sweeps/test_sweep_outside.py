@@ -27,7 +27,7 @@ HOME = b"ha\xe4nd".decode(errors="surrogateescape")
 
 @pytest.fixture(autouse=True)
 def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setitem(sys.modules, "hrcjax.cells.cell", toy_cell)
+    monkeypatch.setitem(sys.modules, "hrcjax.cells.problem", toy_cell)
     monkeypatch.chdir(tmp_path)
 
 
@@ -58,7 +58,7 @@ def test_folders_that_take_no_file_are_refused_before_anything_is_built(
     def never(*_: object) -> None:
         raise AssertionError("work began")
 
-    monkeypatch.setattr(toy_cell, "build_cell", never)
+    monkeypatch.setattr(toy_cell, "build_problem", never)
     (tmp_path / "file").write_text("")
     for out, why in (("file", "is a file"), ("file/x", "is no folder"), ("x" * 300, "File name too long")):
         assert main([*SMALL, "--out", out]) == 2
@@ -103,7 +103,7 @@ def test_settings_of_a_motion_file_and_its_names_decide_the_run(tmp_path: Path) 
 
     def mark(person: str) -> str:
         config = SweepConfig(person=(person,), grid=("zeta=2,4",))
-        problem = toy_cell.build_cell(("hri",), ("reach_in",), (0,), "folded")
+        problem = toy_cell.build_problem(("hri",), ("reach_in",), (0,), "folded")
         return json.dumps(identity(config, problem, make_settings(config.grid, problem.params), 3))
 
     marks = [mark("a.bvh"), mark("a.bvh,unit=cm"), mark("a.bvh,names=n.toml")]
