@@ -64,6 +64,8 @@ def results(cell_and_world):
         "plan.potential.zeta": [1.5, 5.0, 5.0, 5.0],
         "motion.speed": [0.4, 0.2, 0.4, 0.4],
         "policy.target.kp": [2.0, 2.0, 2.0, np.nan],
+        "field.length_scale": [Params().field.length_scale]
+        * 4,  # each setting fits its own fields; the noise is shared
     }
     with jax.enable_x64(False):
         params = set_leaves(Params(), {name: jnp.asarray(values, jnp.float32) for name, values in axes.items()})
