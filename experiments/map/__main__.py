@@ -35,7 +35,7 @@ def evaluate(config: MapConfig) -> int:
 def with_bar(row: Mapping[str, Any]) -> dict[str, Any]:
     """A row whose unit also tells its bar, if it has one."""
     bar = row.get("bar")
-    return {**row, "unit": row["unit"] if bar is None else f"{row['unit']}  (bar {bar})"}
+    return {**row, "unit": row["unit"] if bar is None else f"{row['unit']}  (target {bar})"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

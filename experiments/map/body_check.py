@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 
 from hrcjax.io.recordings.frame import InputFrame
 
-from .left_out import BASES, LeftOut
+from .exclusions import BASES, Exclusions
 
 MOST = 12
 """Frames that are asked."""
@@ -36,12 +36,14 @@ BY_ALPHABET = (2, 1, 0, 3, 4, 5)
 class BodyCheck:
     """Asks some frames, for the joints as given and for other readings of them."""
 
-    def __init__(self, left_out: LeftOut) -> None:
-        self.left_out = left_out
-        other = BASES[1 - BASES.index(left_out.base)]
+    def __init__(self, exclusions: Exclusions) -> None:
+        self.exclusions = exclusions
+        other = BASES[1 - BASES.index(exclusions.base)]
         ordered = tuple(range(len(BY_ALPHABET)))
-        bases = {left_out.base: "", other: f"--arm-base {other}"}
-        orders = {ordered: ""} if left_out.named else {ordered: "", BY_ALPHABET: "joints in the order of the alphabet"}
+        bases = {exclusions.base: "", other: f"--arm-base {other}"}
+        orders = (
+            {ordered: ""} if exclusions.named else {ordered: "", BY_ALPHABET: "joints in the order of the alphabet"}
+        )
         self.readings = {
             (base, order): " and ".join(filter(None, (said, words)))
             for base, said in bases.items()
@@ -50,11 +52,11 @@ class BodyCheck:
         self.found = {reading: np.zeros(2, int) for reading in self.readings}
         """Places confirmed, and contradicted."""
         self.asked = 0
-        self._bodies = {base: jax.jit(left_out.with_base(base).body_at) for base in bases}
+        self._bodies = {base: jax.jit(exclusions.with_base(base).body_at) for base in bases}
 
     def add(self, frame: InputFrame) -> None:
         """Asks a frame whose joints are known."""
-        q = self.left_out.q_at(frame.stamp)
+        q = self.exclusions.q_at(frame.stamp)
         if q is None or self.asked >= MOST or not np.isfinite(q).all():
             return
         depth_at = _depth_at(frame)

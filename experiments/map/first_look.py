@@ -29,11 +29,11 @@ def check_first(config: MapConfig, frame: InputFrame, say: Callable[[str], None]
     text = doubtful_scale(frame)
     if text and config.per_metre is None:
         raise UsageError(
-            f"{text}, at 1 for a metre or what is said above: accepted is the number for one metre by --per-metre (1000: "
+            f"{text}, with the scale above, or 1 per metre: accepted is the number of units per metre by --per-metre (1000: "
             "millimetres)"
         )
     if text:
-        say(f"note: {text}: is --per-metre {config.per_metre:g} right?")
+        say(f"note: {text}: check --per-metre {config.per_metre:g}")
 
 
 def doubtful_scale(frame: InputFrame) -> str:

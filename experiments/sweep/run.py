@@ -28,7 +28,7 @@ from .config import SweepConfig
 
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:
-    """People by name, and recorded ones also by what is in their file."""
+    """People by name; recorded ones also with the digest of their files."""
     people = []
     for name in config.person:
         specs = [motion_spec(one) for one in people_of(name)]
@@ -38,7 +38,7 @@ def _people(config: SweepConfig) -> list[dict[str, str]]:
 
 
 def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
-    """Everything that decides the numbers of a run, as JSON values."""
+    """Everything that determines the results of a run, as JSON values."""
     used = versions()
     return {
         "cell": [config.cell, problem.code],
@@ -107,7 +107,7 @@ def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int,
     def read(key: str, name: str) -> Any:
         arrays = store.read(key, only=name)
         if arrays is None or name not in arrays:
-            raise StorageError(f"{key} in {store.folder} was damaged after it was written; run the same command again")
+            raise StorageError(f"{key} in {store.folder} is damaged; run the same command again")
         return arrays[name]
 
     def chunks(world: int, name: str) -> Any:
@@ -180,7 +180,7 @@ def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tall
         better = "lowest" if problem.metrics[by][1] == "low" else "highest"
         over = ", means over all worlds" if len(problem.worlds) > 1 else ""
         none = "" if (results.status == 0).any() else "; all of them failed"
-        print(f"\nBest settings ({better} {by}{over}; failed ones come last{none}):")
+        print(f"\nBest settings ({better} {by}{over}; failed settings last{none}):")
         print(best_table(results, by, config.best))
     total = sum(tally.statuses.values())
     failed = {code: times for code, times in sorted(tally.statuses.items()) if code > 0}

@@ -174,7 +174,7 @@ def sense_sequence(
 
     setup = jax.tree.map(lambda a: a[SETUP_FRAMES - 1], points)
     stood = Cloud(setup.cloud.points, setup.cloud.mask & (setup.label == STATIC))
-    static, left_out = thin(stood, layout.spacing, static_capacity, centre)
+    static, static_dropped = thin(stood, layout.spacing, static_capacity, centre)
 
     def moving_points(points: MapPoints) -> tuple[Cloud, Array]:
         cloud = Cloud(points.cloud.points, points.cloud.mask & (points.unmet.astype(dtype) < params.memory))
@@ -182,7 +182,7 @@ def sense_sequence(
 
     short, then = short | points.more, jax.tree.map(lambda a: a[SETUP_FRAMES:], points)
     moving, overflow = jax.lax.map(moving_points, then)
-    static_overflow = left_out | jnp.any(short[:SETUP_FRAMES])
+    static_overflow = static_dropped | jnp.any(short[:SETUP_FRAMES])
     return Frames(
         static, moving, stamps, believed[SETUP_FRAMES:], overflow | short[SETUP_FRAMES:], static_overflow, settled
     )

@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 from experiments.map.__main__ import main
 from experiments.map.agreement import MOST, Agreement
 from experiments.map.body_check import BodyCheck
+from experiments.map.exclusions import Exclusions
 from experiments.map.first_look import doubtful_scale
 from experiments.map.fit_box import fit_depth
-from experiments.map.left_out import LeftOut
 from experiments.map.summary_text import mostly_refused, nothing_taken
 from hrcjax.io.map_file import open_map
 from hrcjax.io.recordings.frame import InputFrame, Intrinsics
@@ -162,7 +162,7 @@ def test_a_robot_that_is_not_where_it_is_said_is_noticed(shared_cases, arm, fram
     folder = shared_cases / "joints_base_and_order"
     record = read_joints(folder / "q.npz", arm.q_max)
     q = record.q[:, [2, 1, 0, 3, 4, 5]] if alphabet else record.q
-    check = BodyCheck(LeftOut(None, arm, JointRecord(record.path, record.stamps, q), "base"))
+    check = BodyCheck(Exclusions(None, arm, JointRecord(record.path, record.stamps, q), "base"))
     for one in open_input(folder / f"{frame}.npz"):
         check.add(one)
     line = check.line()
@@ -172,7 +172,7 @@ def test_a_robot_that_is_not_where_it_is_said_is_noticed(shared_cases, arm, fram
     assert "the base frame (--arm-base), the order of the joints" in line
     meant = line.split(" with ")[1]
     assert ("--arm-base base_link" in meant) == (frame == "base_link") and ("alphabet" in meant) == alphabet
-    true = BodyCheck(LeftOut(None, arm, record, frame))
+    true = BodyCheck(Exclusions(None, arm, record, frame))
     for one in open_input(folder / f"{frame}.npz"):
         true.add(one)
     assert tuple(check.found[check.best()]) == tuple(true.found[next(iter(true.readings))]) and true.line() == ""
@@ -181,7 +181,8 @@ def test_a_robot_that_is_not_where_it_is_said_is_noticed(shared_cases, arm, fram
 def test_a_robot_in_clouds_is_looked_for_along_their_rays(shared_cases, arm) -> None:
     folder = shared_cases / "joints_base_and_order"
     checks = [
-        BodyCheck(LeftOut(None, arm, read_joints(folder / "q.npz", arm.q_max), base)) for base in ("base", "base_link")
+        BodyCheck(Exclusions(None, arm, read_joints(folder / "q.npz", arm.q_max), base))
+        for base in ("base", "base_link")
     ]
     for frame in open_input(folder / "base.npz"):
         v, u = np.nonzero(frame.depth)
@@ -216,7 +217,7 @@ def test_base_link_takes_the_arm_out(shared_cases, run, tmp_path, arm) -> None:
 
 def test_a_run_that_takes_nothing_in_is_no_success(base, run, tmp_path) -> None:
     status, _, err = run("--input", base, *GIVEN, "--param", "least_share=2")
-    assert status == 2 and "nothing was taken into the map" in err and "6 x too few pixels with depth" in err
+    assert status == 2 and "the map has no data" in err and "6 x too few pixels with depth" in err
     assert "--per-metre" in err and not (tmp_path / "out").exists()
     status, _, err = run("--input", base, *GIVEN, layout=("--lower", 5, 5, 5, *BOX[4:]))
     assert status == 2 and "outside of the mapped box: give --fit" in err and not (tmp_path / "out").exists()

@@ -241,7 +241,7 @@ def test_frames_before_a_broken_one_are_kept(images, played, run, tmp_path) -> N
 
 def test_nothing_taken_writes_nothing(record, run, tmp_path) -> None:
     status, _, err = run("--input", record("bb"), "--start", 7)
-    assert status == 2 and "no frame was taken" in err and not (tmp_path / "out").exists()
+    assert status == 2 and "no frame was used" in err and not (tmp_path / "out").exists()
 
 
 def test_each_camera_has_a_stream_of_its_own(images) -> None:

@@ -150,7 +150,7 @@ def test_what_is_outside_of_the_box_is_not_taken_in_but_seen_through(record, sce
     [
         (("--crop", "0", "0", "0", "1", "1", "0"), "--crop 0 0 0 1 1 0: accepted are"),
         (("--crop", "0", "0", "0", "1", "1", "nan"), "--crop 0 0 0 1 1 nan: accepted are"),
-        (("--crop", "5", "5", "5", "6", "6", "6"), "nothing of it is in the mapped box"),
+        (("--crop", "5", "5", "5", "6", "6", "6"), "outside of the mapped box"),
         (("--arm", "ur5e"), "give --joints"),
         (("--arm", "ur3", "--joints", "joints.npz"), "'ur3' is not known"),
         (("--joints", "absent.npz"), "no joints at absent.npz"),
