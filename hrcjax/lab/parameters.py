@@ -30,7 +30,7 @@ def set_leaves(params: Any, values: Mapping[str, Any]) -> Any:
     """A copy of `params` with the named leaves replaced.
 
     Raises:
-        UsageError: a name is no leaf.
+        UsageError: a name is not a leaf.
     """
     unknown = set(values) - set(leaf_names(params))
     if unknown:
@@ -42,15 +42,15 @@ def batch_params(params: Any, values: Mapping[str, np.ndarray], dtype: Any = jnp
     """Params whose named leaves have the shape (setting,); the others keep theirs, and are shared by all settings.
 
     Raises:
-        UsageError: a name is no leaf.
+        UsageError: a name is not a leaf.
     """
     columns = {name: np.asarray(column) for name, column in values.items()}
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), set_leaves(params, columns))
 
 
 def resolve(name: str, names: Collection[str], aliases: Mapping[str, str]) -> str:
-    """The dotted name for a dotted name, an alias, or an ending that only one parameter has; capitals matter for
-    aliases alone, where another parameter ends so.
+    """The dotted name for a dotted name, an alias, or a unique ending of one; case-sensitive only where an alias would
+    otherwise match another parameter's ending.
 
     Raises:
         UsageError: unknown or ambiguous; names the closest ones.

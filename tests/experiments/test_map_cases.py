@@ -227,7 +227,7 @@ def test_what_lies_beyond_the_limits_of_depth_names_the_unit() -> None:
     totals = {"used": 6, "frames": 6, "points": 0, "new": 0, "refused": {}, "beyond": 900, "outside": 0}
     found = {"totals": totals, "params": {"near": 0.28, "far": 3.0}}
     text = nothing_taken(found)
-    assert "900 points nearer than 0.28 m or farther than 3 m: give --per-metre" in text and "\n" not in text
+    assert "900 points outside of the depth range 0.28 to 3 m: give --per-metre" in text and "\n" not in text
     assert (
         nothing_taken(found | {"totals": totals | {"new": 1}})
         == nothing_taken(found | {"totals": totals | {"points": 1}})

@@ -234,7 +234,7 @@ def test_frames_before_a_broken_one_are_kept(images, played, run, tmp_path) -> N
 
     played(read, 5)
     status, out, err = run("--input", tmp_path)
-    assert status == 2 and "2 of 2 frames used" in out and "after 2 frames, which are kept: 2.png" in err
+    assert status == 2 and "2 of 2 frames used" in out and "after 2 frames, whose results are written: 2.png" in err
     assert "no pose" in err and "1 x no pose" in out
     assert (tmp_path / "out" / "map.npz").is_file()
 
