@@ -9,7 +9,7 @@ from typing import Any
 
 Row = Mapping[str, Any]
 
-ABOUT = """# Benchmarks
+INTRODUCTION = """# Benchmarks
 
 Written by the program; do not edit. `make benchmark` measures all sections, rewrites [benchmarks.json](benchmarks.json) and
 this page. The page alone, from existing rows:
@@ -74,4 +74,4 @@ def section_page(section: str, rows: Mapping[str, Row]) -> str:
 
 def page(results: Mapping[str, Mapping[str, Row]]) -> str:
     """The whole page, as Markdown."""
-    return "\n".join([ABOUT, *(section_page(section, rows) for section, rows in results.items())])
+    return "\n".join([INTRODUCTION, *(section_page(section, rows) for section, rows in results.items())])

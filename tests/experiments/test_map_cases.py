@@ -77,7 +77,9 @@ def test_a_camera_file_makes_the_distances_right(shared_cases, tmp_path, run) ->
     assert read(tmp_path / "out", *places) == pytest.approx([0.2, 0.15], abs=0.01)
 
 
-@pytest.mark.parametrize(("metres", "said"), [(1e3, "what no depth camera measures"), (1e-3, "no depth camera")])
+@pytest.mark.parametrize(
+    ("metres", "said"), [(1e3, "is outside the range of depth cameras"), (1e-3, "outside the range of depth cameras")]
+)
 def test_a_scale_that_cannot_be_is_refused_before_work(tmp_path, run, metres, said) -> None:
     np.savez(tmp_path / "a.npz", depth=np.full((2, 120, 160), 1.5 * metres), intrinsics=[130.0, 130, 79.5, 59.5])
     status, _, err = run("--input", tmp_path / "a.npz")
@@ -90,7 +92,7 @@ def test_scales_of_clouds() -> None:
 
     points = np.random.default_rng(0).uniform(-2, 2, (500, 3))
     assert doubtful_scale(frame(points)) == doubtful_scale(frame(100 * points)) == ""
-    assert "about their middle" in doubtful_scale(frame(1000 * points))
+    assert "from their centre" in doubtful_scale(frame(1000 * points))
 
 
 # --- poses ---------------------------------------------------------------------------------------------------------------
@@ -260,7 +262,7 @@ def test_frames_without_stamps_have_no_speeds(base, run) -> None:
     status, out, _ = run("--input", base, *GIVEN, "--rate", 30)
     assert "6 of 6" not in out and "pose leapt" in out
     status, _, err = run("--input", base, *GIVEN, "--param", "top_speed=1")
-    assert status == 2 and "no stamps; give --rate" in err
+    assert status == 2 and "no stamps, so speeds need --rate" in err
 
 
 @pytest.mark.parametrize(

@@ -358,8 +358,8 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
         (("--input", ".", "--slice-at", "1e5", "0", "0"), "--slice-at 100000 0 0: accepted is a point near"),
         (("--input", ".", "--shape", "4000", "4000", "4000"), "raise --spacing"),
         (("--input", ".", "--shape", "0", "1", "1"), "at least 1"),
-        (("--input", ".", "--continue-from", "a", "--fit"), "leave it out"),
-        (("--input", ".", "--evaluate"), "leave --input out"),
+        (("--input", ".", "--continue-from", "a", "--fit"), "not accepted with --continue-from"),
+        (("--input", ".", "--evaluate"), "without --input"),
         (("--inptu", "."), "--input"),
     ],
 )

@@ -142,10 +142,10 @@ def test_samples_fill_each_axis_evenly_on_its_scale() -> None:
         (["zeta=1", "potential.zeta=2"], {}, "potential.zeta is given twice"),
         (["zeta=lin:1:2"], {}, "a grid needs a count"),
         (["zeta=1,2"], {"samples": 4}, "a sample needs"),
-        (["zeta=lin:1:2"], {"samples": -1}, "not negative"),
-        (["zeta=lin:1:2"], {"samples": 4, "sample_seed": -1}, "not negative"),
+        (["zeta=lin:1:2"], {"samples": -1}, "accepted is 0 or more"),
+        (["zeta=lin:1:2"], {"samples": 4, "sample_seed": -1}, "accepted is 0 or more"),
         (["zeta=lin:1:2"], {"samples": 10**8}, "more than"),
-        (["zeta=lin:1:2:4000", "speed=lin:1:2:4000"], {}, "4000 x 4000 are more than"),
+        (["zeta=lin:1:2:4000", "speed=lin:1:2:4000"], {}, "4000 x 4000 settings are more than"),
         (["zeta=0.5"], {"domains": {"potential.zeta": (1, 9)}}, "outside its domain"),
     ],
 )
