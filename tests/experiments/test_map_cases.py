@@ -73,7 +73,7 @@ def test_a_camera_file_makes_the_distances_right(shared_cases, tmp_path, run) ->
         json.dumps({"fx": 383.0, "fy": 383.0, "ppx": 319.5, "ppy": 239.5, "width": 640, "height": 480})
     )
     status, _, err = run("--input", folder)
-    assert status == 0 and "(intrinsics.json); 1000 a metre (ASSUMED: --per-metre)" in err
+    assert status == 0 and "(intrinsics.json); 1000 per metre (ASSUMED: --per-metre)" in err
     assert read(tmp_path / "out", *places) == pytest.approx([0.2, 0.15], abs=0.01)
 
 

@@ -344,7 +344,7 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
     [
         ((), "no recording"),
         (("--input", "absent"), "nothing at absent"),
-        (("--input", ".", "--fit", "--lower", "0", "0", "0"), "either it or --lower"),
+        (("--input", ".", "--fit", "--lower", "0", "0", "0"), "either --fit or --lower"),
         (("--input", ".", "--every", "0"), "--every 0"),
         (("--input", ".", "--param", "speed=1"), "no parameter 'speed'"),
         (("--input", ".", "--param", "far=x"), "NAME=NUMBER"),
