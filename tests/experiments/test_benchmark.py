@@ -47,10 +47,10 @@ def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.Mon
         (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
         (["arm", "--json", "none/b.json"], "no folder none"),
         (["arm", "--page", "none/b.md"], "no folder none for --page"),
-        (["page", "--page", "b.md"], "section page needs --json with the rows and --page"),
+        (["page", "--page", "b.md"], "section page needs --json FILE with the rows and --page"),
         (["page", "--page", "b.md", "--json", "new.json"], "holds no rows"),
-        (["arm", "--json", "broken.json"], "cannot be read as JSON"),
-        (["arm", "--json", "list.json"], "holds no benchmark sections"),
+        (["arm", "--json", "broken.json"], "is not valid JSON"),
+        (["arm", "--json", "list.json"], "has no benchmark sections"),
     ],
 )
 def test_mistakes_get_one_line(

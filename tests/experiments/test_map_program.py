@@ -234,14 +234,14 @@ def test_frames_before_a_broken_one_are_kept(images, played, run, tmp_path) -> N
 
     played(read, 5)
     status, out, err = run("--input", tmp_path)
-    assert status == 2 and "2 of 2 frames used" in out and "after 2 frames, which are kept: 2.png" in err
+    assert status == 2 and "2 of 2 frames used" in out and "after 2 frames, whose results are written: 2.png" in err
     assert "no pose" in err and "1 x no pose" in out
     assert (tmp_path / "out" / "map.npz").is_file()
 
 
 def test_nothing_taken_writes_nothing(record, run, tmp_path) -> None:
     status, _, err = run("--input", record("bb"), "--start", 7)
-    assert status == 2 and "no frame was taken" in err and not (tmp_path / "out").exists()
+    assert status == 2 and "no frame was used" in err and not (tmp_path / "out").exists()
 
 
 def test_each_camera_has_a_stream_of_its_own(images) -> None:
@@ -344,7 +344,7 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
     [
         ((), "no recording"),
         (("--input", "absent"), "nothing at absent"),
-        (("--input", ".", "--fit", "--lower", "0", "0", "0"), "either it or --lower"),
+        (("--input", ".", "--fit", "--lower", "0", "0", "0"), "either --fit or --lower"),
         (("--input", ".", "--every", "0"), "--every 0"),
         (("--input", ".", "--param", "speed=1"), "no parameter 'speed'"),
         (("--input", ".", "--param", "far=x"), "NAME=NUMBER"),
@@ -358,8 +358,8 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
         (("--input", ".", "--slice-at", "1e5", "0", "0"), "--slice-at 100000 0 0: accepted is a point near"),
         (("--input", ".", "--shape", "4000", "4000", "4000"), "raise --spacing"),
         (("--input", ".", "--shape", "0", "1", "1"), "at least 1"),
-        (("--input", ".", "--continue-from", "a", "--fit"), "leave it out"),
-        (("--input", ".", "--evaluate"), "leave --input out"),
+        (("--input", ".", "--continue-from", "a", "--fit"), "not accepted with --continue-from"),
+        (("--input", ".", "--evaluate"), "without --input"),
         (("--inptu", "."), "--input"),
     ],
 )
