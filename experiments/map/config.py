@@ -17,13 +17,13 @@ quaternions qx qy qz qw, poses from the camera to the world (camera point p is a
 z forward.
   folder    depth/*.png or *.pgm (16 bits), pose.txt with a line tx ty tz qx qy qz qw for each image. The camera is read from a
             file beside the images (camera.txt, intrinsics JSON, YAML of ORB-SLAM or ROS, a 3 x 3 matrix). Without one
-            fx 518 fy 519 cx 325.5 cy 253.5 of 640x480 pixels and 1000 a metre are ASSUMED: give --intrinsics, --per-metre.
+            fx 518 fy 519 cx 325.5 cy 253.5 of 640x480 pixels and 1000 per metre are ASSUMED: give --intrinsics, --per-metre.
   TUM       depth.txt, groundtruth.txt with lines stamp tx ty tz qx qy qz qw. Without a camera file fx = fy = 525, cx 319.5,
-            cy 239.5 of 640x480 pixels and 5000 a metre are ASSUMED.
+            cy 239.5 of 640x480 pixels and 5000 per metre are ASSUMED.
   NPZ       depth (height, width) or (frame, height, width) with intrinsics fx fy cx cy; or points (n, 3) or (frame, n, 3);
-            optionally mask, stamp, rotation (3, 3), position (3). Whole numbers need --per-metre.
-  PLY       vertices x y z in world axes. Whole numbers need --per-metre.
-  bag       16UC1 (1000 a metre) or 32FC1 images with CameraInfo, or PointCloud2; poses of tf or of a topic.
+            optionally mask, stamp, rotation (3, 3), position (3). Integers need --per-metre.
+  PLY       vertices x y z in world axes. Integers need --per-metre.
+  bag       16UC1 (1000 per metre) or 32FC1 images with CameraInfo, or PointCloud2; poses of tf or of a topic.
   --joints  NPZ with stamp (n) and q (n, 6) [rad]: shoulder pan, shoulder lift, elbow, wrist 1, 2, 3; or any order with
             joint_names. ROS's /joint_states is in alphabetical order: give the names.
 

@@ -111,7 +111,7 @@ def scalar_first(rotation, position):
 READINGS = {
     "": lambda *pose: pose,
     "if they are inverted": inverted,
-    "if they are scalar first (qw qx qy qz):": scalar_first,
+    "if they are scalar first (qw qx qy qz);": scalar_first,
     "scalar first (qw qx qy qz) and inverted": lambda *pose: scalar_first(*inverted(*pose)),
 }
 

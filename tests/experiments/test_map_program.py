@@ -280,7 +280,7 @@ def test_hints_name_the_option_that_helps(record, run) -> None:
     _, out, _ = run("--input", path, "--capacity", 4, folder="few")
     assert "raise --capacity (now 4)" in out
     _, out, _ = run("--input", path, "--param", "far=0.9", folder="near")
-    assert "farther than 0.9 m" in out and "--param near" in out
+    assert "outside of the depth range 0.28 to 0.9 m" in out and "--param near" in out
 
 
 def ply(path, points) -> None:
@@ -317,7 +317,7 @@ def boards(folder) -> list[int]:
 
 def test_clouds_of_an_unknown_sensor_count_all_around_and_make_nothing_free(clouds, run, tmp_path) -> None:
     status, out, err = run("--input", clouds, layout=CLOUD_BOX)
-    assert status == 0 and "--origin" in err and "0 seen through, 0 removed" in out and "note" not in out
+    assert status == 0 and "--origin" in err and "0 in free space, 0 removed" in out and "note" not in out
     found = boards(tmp_path / "out")
     assert found[0] >= 16 and found[1] == found[2] >= 500
 
@@ -433,7 +433,7 @@ def test_the_evaluation_is_printed(monkeypatch, capsys) -> None:
     monkeypatch.setitem(sys.modules, "experiments.map.evaluate.report", report)
     assert main(["--evaluate"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert any("error_p95" in line and "0.004" in line and "bar < 0.01" in line for line in lines)
+    assert any("error_p95" in line and "0.004" in line and "target < 0.01" in line for line in lines)
     assert main(["--evaluate", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["error_p95"]["value"] == 0.004 and asked == [True, False]
 

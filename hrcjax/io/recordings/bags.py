@@ -54,7 +54,7 @@ def open_bag(
         per_metre: the number of images and clouds for one metre; without it 1000 for 16UC1, and 1 for 32FC1 and clouds.
         world_frame: the frame of tf that is the world; without it the root above the sensors.
         pose_topic: geometry_msgs/PoseStamped or nav_msgs/Odometry, world from body, instead of tf's world.
-        body_frame: the frame `pose_topic` tells the pose of; without it Odometry's child frame, or the sensor's frame.
+        body_frame: the frame whose pose `pose_topic` holds; if None Odometry's child frame, or the sensor's frame.
         tolerance: how far the nearest recorded pose may be from a frame [s]; 0.1 without it. Between two poses is
             interpolated, before the first and after the last these are held.
 
