@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.cells.named_cell import NamedCell
+from hrcjax.cells.results import TRACES
+from hrcjax.cells.worlds import DESCRIBED
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.parameters import leaf_names, path_name
@@ -18,6 +20,22 @@ from hrcjax.safety import SafetyDecision
 from hrcjax.sim import ArmMotion, Clearance, Goal, Separation, Task
 from hrcjax.sweeps.sweepable import Metric
 from hrcjax.world import scene_named
+
+TAKEN = {
+    *METRICS,
+    *TRACES,
+    *DESCRIBED,
+    "status",
+    "scene",
+    "person",
+    "seed",
+    "setting",
+    "sample",
+    "time",
+    "frame",
+    "xyz",
+}
+"""Names of results that a metric must not have."""
 
 
 def check_cell(named: NamedCell) -> None:
@@ -33,8 +51,8 @@ def check_cell(named: NamedCell) -> None:
         if unknown:
             raise UsageError(f"{what} of the cell: no parameter {unknown[0]!r}; accepted: {', '.join(known)}")
     for name, entry in named.metrics.items():
-        if name in METRICS:
-            raise UsageError(f"metric {name!r} is built in; accepted: another name")
+        if name in TAKEN:
+            raise UsageError(f"metric {name!r}: results have this name already; accepted: another name")
         if not (isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[0], Metric) and callable(entry[1])):
             raise UsageError(f'metric {name!r}: accepted is (Metric("m", "low", "what it is"), function)')
     _check_results(named)
@@ -42,6 +60,10 @@ def check_cell(named: NamedCell) -> None:
 
 def _check_leaves(named: NamedCell) -> None:
     leaves, _ = jax.tree_util.tree_flatten_with_path(named.params)
+    names = [path_name(path) for path, _ in leaves]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise UsageError(f"parameter {twice[0]}: two leaves have this name; accepted: keys without dots")
     for path, leaf in leaves:
         number = isinstance(leaf, int | float | np.ndarray | np.number | jax.Array) and not isinstance(leaf, bool)
         kind = np.asarray(leaf).dtype.kind if number else ""

@@ -1,17 +1,15 @@
 """A cell with everything that a sweep needs, and the lookup of cells by name."""
 
-import hashlib
 import importlib
 import math
 import sys
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.parameters import leaf_names
-from hrcjax.lab.provenance import PACKAGE, file_digest
 from hrcjax.sim import Cell, Episode, Params, World
 from hrcjax.sweeps.sweepable import Metric
 from hrcjax.typing import Array
@@ -60,7 +58,7 @@ class NamedCell:
     identity: str | None = None
     """Identifies a built-in cell, so that the traced program can be cached between runs; None: no cache."""
     code: str = ""
-    """Digest of code outside of hrcjax and of `files`."""
+    """Module of a cell that is not built in; a sweep puts the digest of what decides its results in its place."""
 
     def known_aliases(self) -> dict[str, str]:
         """All short names of parameters of this cell."""
@@ -85,6 +83,8 @@ def find_cell(name: str, built_in: Mapping[str, Callable[[], NamedCell]]) -> Nam
     place, colon, function = name.partition(":")
     if not (colon and place and function):
         raise UsageError(f"no cell {name!r}; accepted: {', '.join(built_in)}, or MODULE:FUNCTION")
+    if place.endswith(".py"):
+        raise UsageError(f"--cell {name}: accepted is {place[:-3]}:{function}, without .py")
     if str(Path.cwd()) not in sys.path and "" not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
@@ -92,28 +92,11 @@ def find_cell(name: str, built_in: Mapping[str, Callable[[], NamedCell]]) -> Nam
         build = getattr(module, function)
         made = build()
     except Exception as error:  # user code may raise anything
-        raise UsageError(f"--cell {name}: {type(error).__name__}: {one_line(error)}") from error
+        frames = traceback.extract_tb(error.__traceback__)
+        last = next((f for f in reversed(frames) if Path(f.filename).is_relative_to(Path.cwd())), None)
+        where = f" ({Path(last.filename).name}, line {last.lineno})" if last else f"; looked in {Path.cwd()} first"
+        raise UsageError(f"--cell {name}: {type(error).__name__}: {one_line(error)}{where}") from error
     made = NamedCell(made) if isinstance(made, Cell) else made
     if not isinstance(made, NamedCell):
         raise UsageError(f"--cell {name}: returns {type(made).__name__}; accepted: a Cell or a NamedCell")
-    try:
-        return NamedCell(**{**vars(made), "identity": None, "code": _digest(module, made.files)})
-    except OSError as error:
-        raise UsageError(f"--cell {name}: {one_line(error)}") from error
-
-
-def _digest(module: ModuleType, files: tuple[str, ...]) -> str:
-    """SHA-256 over the files, and all modules in the folder of the module's top-level package."""
-    outermost = sys.modules[module.__name__.partition(".")[0]]
-    folder = Path(outermost.__file__ or module.__file__ or ".").resolve().parent
-    files_of_modules = (getattr(m, "__file__", None) for m in list(sys.modules.values()))
-    sources = {Path(file).resolve() for file in files_of_modules if file}
-    own = [
-        p
-        for p in sources
-        if p.is_relative_to(folder) and not p.is_relative_to(PACKAGE) and "site-packages" not in p.parts
-    ]
-    digest = hashlib.sha256()
-    for path in [*sorted(own), *(Path(file) for file in files)]:
-        digest.update(f"{path.name}\0{file_digest(path)}\0".encode())
-    return digest.hexdigest()
+    return NamedCell(**{**vars(made), "identity": None, "code": place})

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hrcjax.cells.check import check_cell
+from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import find_cell
 from hrcjax.cells.people import PERSON_RATE, make_person, recording_notes
 from hrcjax.cells.results import STATUSES, TRACES, evaluate
@@ -73,7 +74,7 @@ def build_problem(
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
         identity=named.identity and f"{named.identity} {cell.backend} {cell.people}",
-        code=named.code,
+        code=cell_digest(named),
         open_ended=frozenset({"clearance", "separation"}),
         describe=describe,
         described=DESCRIBED,

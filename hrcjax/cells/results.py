@@ -9,7 +9,7 @@ from hrcjax.cells.named_cell import NamedCell
 from hrcjax.lab.field_docs import class_docs, split_unit
 from hrcjax.metrics import METRICS
 from hrcjax.sim import Params, Traces, World, episode, outcome
-from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_READING, NOT_FINITE_TORQUE
 from hrcjax.sweeps.sweepable import NOT_FINITE, Trace
 
 STATUSES = {
@@ -19,7 +19,7 @@ STATUSES = {
     3: "the arm touched the person while it moved",
 }
 
-BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE
+BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE | NOT_FINITE_READING
 """Bits of the tick status that make a result invalid."""
 
 

@@ -39,7 +39,7 @@ def describe(world: World) -> dict[str, Any]:
         "goal": scene.goal,
         "person_a": person.a,
         "person_b": person.b,
-        "person_radius": person.radius,
+        "person_radius": jnp.where(jnp.any(person.present), person.radius, -1),
     }
 
 

@@ -44,11 +44,15 @@ def _find(program: str, name: str) -> Path:
 def _words(key: str, value: Any) -> list[str]:
     """One key of a file as command-line arguments."""
     option = "--" + key.replace("_", "-")
+    if key in ("config", "help"):
+        raise UsageError(f"{key}: not accepted in a file")
     if isinstance(value, bool):
         return [option if value else f"--no-{option[2:]}"]
     values = value if isinstance(value, list) else [value]
     if not all(isinstance(one, str | int | float) and not isinstance(one, bool) for one in values):
         raise UsageError(f"{key}: accepted is a string, a number, true, false, or a list of strings or numbers")
+    if any(isinstance(one, str) and one.startswith("--") for one in values):
+        raise UsageError(f"{key}: a string that starts with -- is not accepted")
     return [option, *map(str, values)]
 
 

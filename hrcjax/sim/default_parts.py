@@ -85,5 +85,5 @@ def separation_monitor(
 
 
 POTENTIAL_PLANNER = potential_planner()
-GP_FIELD = FieldPart(fit_fields, read_fields)
+GP_FIELD = FieldPart(fit_fields, read_fields, unit_gradients=False)  # its gradient is used as it is
 SEPARATION_MONITOR = SafetyPart(initial_zone, separation_monitor, lambda params: params.ssm)

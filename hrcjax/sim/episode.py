@@ -60,6 +60,11 @@ def follow(
     exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
 
+    rows = {a.shape[:1] for a in jax.tree.leaves(fields.moving)} - {frames.stamp.shape}
+    if rows:
+        raise ValueError(
+            f"Fields.moving has leaves of {rows.pop()} rows; accepted: one per frame, {frames.stamp.shape}"
+        )
     lost = frames.overflow | frames.static_overflow
     # The frame of each tick is gathered before the scan: inside, the derivative would touch all frames at every tick.
     seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, ~lost[index])

@@ -61,7 +61,8 @@ def true_distances(cell: Cell, world: World, q: Joints, t: Scalar) -> tuple[Arra
     between = jax.vmap(jax.vmap(capsule_distance, (None, None, None, 0, 0, 0)), (0, 0, 0, None, None, None))
     to_person = between(arm.a, arm.b, arm.radius, person.a, person.b, person.radius)
     to_person = jnp.where(person.radius[None, :] < 0, FAR, to_person)
-    moving = Capsules(*(x[1:] for x in (arm.a, arm.b, arm.radius)))
+    fixed = sum(link < 0 for link in cell.arm.capsule_links)  # the base comes first
+    moving = Capsules(*(x[fixed:] for x in (arm.a, arm.b, arm.radius)))
     return jnp.min(to_person), jnp.min(capsules_obstacle_distances(world.scene, moving), axis=0)
 
 

@@ -67,7 +67,8 @@ class Reading(eqx.Module):
     gradient: Float[Array, "*point 3"]
     """Its gradient [1]."""
     person_distance: Float[Array, "*point"]
-    """Distance to the person, or to all moving points; should be a lower bound of the true one. Large if nobody is present [m]."""
+    """Distance to the person, or to all moving points; should be a lower bound of the true one. Finite: about 10 m
+    if nobody is present [m]."""
     person_gradient: Float[Array, "*point 3"]
     """Its gradient [1]."""
 
@@ -84,6 +85,9 @@ class FieldPart:
 
     fit: FitFn
     read: ReadFn
+    unit_gradients: bool = True
+    """Whether the tick makes the gradient of the distance to the person a unit vector, wherever it is at least 1/2 long:
+    approach and speed governor measure along it, and a shorter one would let the arm approach too fast."""
 
 
 class ArmMotion(eqx.Module):

@@ -26,7 +26,7 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
     """Joint positions with the tool at x pointing down, elbow up as in the home posture [rad].
 
     Raises:
-        ValueError: out of reach. Needs concrete values: call it outside jit.
+        ValueError: out of reach, or only beyond the range of a joint. Needs concrete values: call it outside jit.
     """
     arm = cell.arm
     q, position_error, rotation_error = _reach(arm, x)
@@ -34,6 +34,12 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
         place = ", ".join(f"{v:.3f}" for v in np.asarray(x))
         raise ValueError(
             f"the {arm.variant} can't reach ({place}) m with the tool down; nearest {position_error:.3f} m away"
+        )
+    beyond = np.maximum(np.asarray(q) - arm.q_max, arm.q_min - np.asarray(q))
+    if beyond.max() > 0:
+        place, joint = ", ".join(f"{v:.3f}" for v in np.asarray(x)), int(np.argmax(beyond)) + 1
+        raise ValueError(
+            f"the {arm.variant} reaches ({place}) m with the tool down only {beyond.max():.3f} rad beyond the range of joint {joint}"
         )
     return q
 

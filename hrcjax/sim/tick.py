@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
+from hrcjax.numerics import safe_norm
 from hrcjax.plan import PathCurve
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
@@ -21,10 +22,12 @@ from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vect
 NOT_FINITE_COMMAND = 1
 TORQUE_LIMITED = 2
 NOT_FINITE_TORQUE = 4
+NOT_FINITE_READING = 8
 STATUS_WORDS = {
     NOT_FINITE_COMMAND: "command not finite",
     TORQUE_LIMITED: "torque limited",
     NOT_FINITE_TORQUE: "torque not finite",
+    NOT_FINITE_READING: "reading of the person or speed limit not finite",
 }
 """Bit of a tick's status -> text, for `hrcjax.bits.words`."""
 
@@ -121,11 +124,17 @@ def tick(
     surface = radii + COVER_MARGIN  # an upper bound of the arm's surface
 
     seen = jax.vmap(lambda x: cell.field.read(params.field, sensed.fields, x))(body.x)
-    room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, seen.person_gradient)
+    if seen.distance.shape != radii.shape or seen.person_gradient.shape != body.x.shape:
+        raise ValueError(
+            "the field reads no Reading of one point; accepted: distances of shape (), gradients of shape (3,)"
+        )
+    away = unit_where_long(seen.person_gradient) if cell.field.unit_gradients else seen.person_gradient
+    room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, away)
     approach = -jnp.sum(room.person_gradient * body.xd, axis=-1)
     separation = Separation(room.person_distance, approach, sensed.age, sensed.valid, dt)
     memory, decision = cell.safety.decide(params.safety, state.safety, separation)
-    hold = decision.hold | ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
+    unread = ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
+    hold = decision.hold | unread
 
     s = state.clock.s
     reference = curve.point(s)
@@ -154,7 +163,14 @@ def tick(
     bad = bad | unbounded
 
     arm, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
-    status = pack({NOT_FINITE_COMMAND: bad, TORQUE_LIMITED: torque_limited, NOT_FINITE_TORQUE: torque_bad})
+    status = pack(
+        {
+            NOT_FINITE_COMMAND: bad,
+            TORQUE_LIMITED: torque_limited,
+            NOT_FINITE_TORQUE: torque_bad,
+            NOT_FINITE_READING: unread,
+        }
+    )
     record = Record(
         q=q,
         qd=qd,
@@ -172,6 +188,12 @@ def tick(
         status=status,
     )
     return TickState(arm, clock, memory), record
+
+
+def unit_where_long(g: Float[Array, "point 3"]) -> Float[Array, "point 3"]:
+    """Gradients of at least length 1/2 as unit vectors; shorter ones have no direction and stay [1]."""
+    size = safe_norm(g)[:, None]
+    return jnp.where(size < 0.5, g, g / jnp.where(size < 0.5, 1.0, size))
 
 
 def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:
