@@ -111,11 +111,15 @@ def _check_results(named: NamedCell) -> None:
 
 def _expect(part: str, found: Any, kind: type, remedy: str) -> None:
     if not isinstance(found, kind):
-        raise UsageError(f"{part}: returns {type(found).__name__}; accepted: a {kind.__name__}, {remedy}")
+        raise UsageError(f"{part}: returns {_words(found)}; accepted: a {kind.__name__}, {remedy}")
 
 
 def _shape(part: str, found: Any, right: Callable[[tuple[int, ...]], bool], accepted: str) -> None:
     shape = getattr(found, "shape", None)
     if shape is None or not right(tuple(shape)):
-        got = type(found).__name__ if shape is None else f"an array of shape {tuple(shape)}"
-        raise UsageError(f"{part}: returns {got}; accepted: {accepted}")
+        raise UsageError(f"{part}: returns {_words(found)}; accepted: {accepted}")
+
+
+def _words(found: Any) -> str:
+    shape = getattr(found, "shape", None)
+    return type(found).__name__ if shape is None else f"an array of shape {tuple(shape)}"

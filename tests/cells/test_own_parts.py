@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import equinox as eqx
 import jax
@@ -46,7 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.chdir(folder)
         patch.syspath_prepend(folder)
         yield folder
-    for name in ("my_cell", "map_cell", "seven_cell"):
+    for name in ("my_cell", "map_cell", "seven_cell", "slow_cell", "one_episode"):
         sys.modules.pop(name, None)
 
 
@@ -121,17 +122,21 @@ def nested(params, arm, goal, clearance, limits):
         ),
         ({"policy": lambda p, arm, goal, room, limits: arm.q[:3]}, "policy: returns an array of shape (3,)"),
         ({"policy": lambda p, arm, goal, room, limits: None}, "policy: returns NoneType"),
-        ({"plan": lambda p, task: jnp.zeros((4, 3))}, "planner: returns ShapeDtypeStruct; accepted: a PathResult"),
+        (
+            {"plan": lambda p, task: jnp.zeros((4, 3))},
+            "planner: returns an array of shape (4, 3); accepted: a PathResult",
+        ),
         (
             {"safety": SafetyPart(lambda dtype: (), lambda p, m, s: (m, 0.1))},
-            "monitor: returns float; accepted: a Safety",
+            "monitor: returns an array of shape (); accepted: a Safety",
         ),
         ({"safety": SafetyPart(lambda dtype: (), lambda p, m, s: m)}, "monitor: returns tuple; accepted: (memory, Saf"),
     ],
 )
 def test_parts_that_return_something_else_are_named_before_a_world_is_built(change: dict, words: str) -> None:
     with pytest.raises(UsageError) as refused:
-        check_cell(NamedCell(replace(make_cell(), **change), Params(policy={"gain": 1.0}, plan={}, safety={})))
+        params = Params(policy={"gain": 1.0}) if "policy" in change else Params()
+        check_cell(NamedCell(replace(make_cell(), **change), params))
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
 
@@ -198,6 +203,22 @@ def test_all_four_parts_move_the_arm_and_their_leaves_are_swept(together_cell: N
     assert (moved > 0.01).all()
     assert tool[1, -1, 2] > tool[0, -1, 2] + 0.005, "the arm follows the planner's arch"
     assert np.abs(tool[2, -1] - tool[0, -1]).max() > 1e-5, "the policy's stiffness reaches the motion"
+
+
+@pytest.mark.slow
+def test_the_episode_the_monitor_and_the_metric_of_the_page(folder: Path, ur5_world: tuple[Cell, World]) -> None:
+    """The monitor's speed is kept, the metric is that of the record, and the page's program runs with both."""
+    import one_episode
+
+    slow, world = find_cell("slow_cell:build", CELLS), ur5_world[1]
+    check_cell(slow)
+    cell = replace(slow.cell, ticks=ur5_world[0].ticks, substeps=2)
+    one_episode.cell, params = cell, jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), slow.params)
+    tool = jax.jit(lambda p: one_episode.tool_path(p, world))(params)  # as a notebook does: the world closed over
+    speed = np.linalg.norm(np.diff(tool, axis=0), axis=1) / cell.dt
+    assert tool.shape == (cell.ticks, 3) and 0.02 < speed.max() < 0.12
+    record = SimpleNamespace(tool=jnp.zeros((5, 3)), reference=jnp.asarray([[3.0, 0, 4.0]] * 5))
+    assert float(slow.metrics["tracking_error"][1](params, cell, world, SimpleNamespace(record=record))) == 5.0
 
 
 def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell: NamedCell, world: World) -> None:
@@ -280,7 +301,7 @@ def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(ur5_world: tuple[Ce
 def test_gradients_of_a_part_are_made_unit_where_they_have_a_direction() -> None:
     g = jnp.asarray([[0.6, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
     np.testing.assert_allclose(unit_where_long(g), [[1, 0, 0], [0, 0.6, 0.8], [0, 0, 0.4], [0, 0, 0]])
-    assert FieldPart(None, None).unit_gradients and not GP_FIELD.unit_gradients
+    assert FieldPart(GP_FIELD.fit, GP_FIELD.read).unit_gradients and not GP_FIELD.unit_gradients
 
 
 def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, World]) -> None:

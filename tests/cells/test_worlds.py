@@ -51,7 +51,7 @@ def test_several_people_have_seeds_of_their_own_and_the_first_the_world_s() -> N
         np.testing.assert_array_equal(both.radius[part], person.radius)
     assert (np.asarray(both.radius[2 * count :]) < 0).all(), "nobody in the third place"
     assert not np.array_equal(alone[0].a, alone[1].a)
-    with pytest.raises(ValueError, match="2 people in a cell for 1"):
+    with pytest.raises(ValueError, match="2 people, the cell has capacity for 1"):
         make_people("reach_in+nobody", scene, 0, 2.0, 1)
 
 
