@@ -1,4 +1,4 @@
-# Two commands: `make sweep` runs the main job, `make test` checks everything. Each makes its own environment first.
+# Two commands: `make sweep` runs the main sweep, `make test` checks everything. Each creates its environment first.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -10,8 +10,8 @@ ARGS ?=
 help:
 	@echo "make sweep [ARGS='--quick']  the sweep over K_att, K_rep and zeta (results in runs/)"
 	@echo "make test                    lint, types, layering and all tests"
-	@echo "make env                     the environment alone, in $(VENV)"
-	@echo "make benchmark               all benchmark sections, written to docs/benchmarks.json and .md"
+	@echo "make env                     create the environment in $(VENV)"
+	@echo "make benchmark               run all benchmarks; results in docs/benchmarks.json and .md"
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed; set PYTHON=...")'

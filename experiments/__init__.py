@@ -1,1 +1,1 @@
-"""The programs, each a folder of its own that no other program imports: `python -m experiments` lists them."""
+"""The programs, one folder each; no program imports another. `python -m experiments` lists them."""

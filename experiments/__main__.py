@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def programs() -> dict[str, str]:
-    """Name of every program -> what it does, the first sentence of its package."""
+    """Name of every program -> first sentence of its package's docstring."""
     found = {}
     for entry in sorted(Path(__file__).parent.glob("*/__main__.py")):
         doc = importlib.import_module(f"{__package__}.{entry.parent.name}").__doc__ or ""
@@ -16,7 +16,7 @@ def programs() -> dict[str, str]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the program that the first word names; returns its exit status."""
+    """Runs the program named by the first argument; returns its exit status."""
     words = list(sys.argv[1:] if argv is None else argv)
     known = programs()
     name = words[0] if words else "--help"

@@ -1,6 +1,6 @@
-"""Reasons as data: each is a bit of one integer, so that a compiled program can return any set of them, with words for people.
+"""Reasons as bits of one integer, so that a compiled program can return any set of them, with a text for each.
 
-A room that has reasons names its bits as constants 1, 2, 4 ... and keeps their words in one table, bit -> words.
+A package names its bits as constants 1, 2, 4 ... with a table bit -> text.
 """
 
 from collections.abc import Mapping

@@ -17,8 +17,8 @@
 #
 #     python -m experiments.sweep --quick
 #
-# and keeps everything in one labelled dataset. Here it is opened in one line and drawn. The run is the one that the
-# environment variable `HRCJAX_RUN` names, or else the newest one under `runs/`; if there is none, a quick one is made.
+# and stores all results in one labelled dataset, which is opened and plotted here. The run is that of the environment
+# variable `HRCJAX_RUN`, or else the newest one under `runs/`; if there is none, a quick one is started.
 
 # %%
 # %matplotlib inline
@@ -47,7 +47,7 @@ ds  # noqa: B018  # the notebook shows it
 # %% [markdown]
 # ## The best settings
 #
-# Metrics have labels, units and a good end. `status` is 0 where a setting worked.
+# Metrics have labels, units and a preferred direction. `status` is 0 where a setting succeeded.
 
 # %%
 from hrcjax.sweeps.summary import axis_labels, best_table, ranking, select  # noqa: E402
@@ -65,15 +65,15 @@ from hrcjax.sweeps.figures import metric_figure, paths_figure, trade_off_figure,
 metric_figure(ds, by)
 
 # %% [markdown]
-# ## What is traded for what
+# ## Trade-offs
 #
-# Settings on the front are beaten by no other in length, bending energy and clearance at once.
+# No other setting dominates those on the Pareto front in length, bending energy and clearance.
 
 # %%
 trade_off_figure(ds, by)
 
 # %% [markdown]
-# ## The best and the worst path, and what the person did to them
+# ## The best and the worst path, and the effect of the person
 
 # %%
 paths_figure(ds, by)
@@ -82,7 +82,7 @@ paths_figure(ds, by)
 zones_figure(ds, by)
 
 # %% [markdown]
-# ## Anything else is a line of xarray
+# ## Other queries with xarray
 #
 # The best setting of each scene, person and seed, and the speed of the tool in the best one of all:
 

@@ -13,9 +13,9 @@
 # %% [markdown]
 # # One frame through the map
 #
-# A depth camera looks at a table. The map knows the table from earlier frames. Now one more frame arrives: a box has been
-# moved. Step by step: the cloud of the frame, its own field (the frustum field), the labels static, dynamic and new, the
-# fused field, its gradient, and the normals of the surfaces.
+# A depth camera observes a table, which the map contains from earlier frames. In the next frame a box has been moved. Step
+# by step: the point cloud of the frame, its own field (the frustum field), the labels static, dynamic and new, the fused
+# field, its gradient, and the surface normals.
 
 # %%
 # %matplotlib inline
@@ -48,7 +48,7 @@ from hrcjax.world.scenes import Obstacle, make_scene
 
 # %% [markdown]
 # ## The scene and the camera
-# A ball stays where it is; a box stands on the left first, then on the right. The camera has the noise of a D435i.
+# A ball is static; a box is on the left first, then on the right. The camera has the noise of a D435i.
 
 # %%
 BALL = Obstacle(SPHERE, (0.0, 0.25, 0.1), (0.1, 0.1, 0.1), 0.0, 0.1)
@@ -75,7 +75,7 @@ figure.colorbar(shown, label="depth [m]")
 axes.set(title="the new frame; white: no measurement", xlabel="column [px]", ylabel="row [px]")
 # %% [markdown]
 # ## The cloud of the frame
-# 4 x 4 pixels are a tile, and its mean a point; what flies between front and back is left out.
+# A tile of 4 x 4 pixels gives one mean point; flying pixels are dropped.
 
 # %%
 layout = MapLayout(lower=(-0.7, -0.7, -0.2), shape=(14, 14, 8), capacity=1024, seen=1024, born=1024, refitted=1024)
@@ -86,8 +86,8 @@ print(f"{depth.size} pixels, {int((depth > 0).sum())} measured, {len(cloud)} poi
 
 # %% [markdown]
 # ## The map before, and the frustum field
-# Ten frames of the old scene make the map. The frustum field is the field of the new frame alone: a map that takes in
-# nothing else.
+# Ten frames of the old scene are fused into the map. The frustum field is the field of the new frame alone: a map of that
+# frame only.
 
 
 # %%
@@ -110,8 +110,8 @@ frustum, *_ = take(empty_map(layout), initial_stream(), jnp.float32(0.0), depth)
 
 # %% [markdown]
 # ## Labels
-# After the new frame: points that it sees again are static, those it sees through are dynamic, those far from all that
-# was known are new. Dynamic points go with the next frame that sees through them.
+# After the new frame: points that it observes again are static, those in its free space are dynamic, those far from all
+# earlier points are new. Dynamic points are removed after the next frame in whose free space they are.
 
 # %%
 fused, stream, report, refused = take(known, stream_known, jnp.float32(10 / 30), depth)
@@ -123,8 +123,8 @@ cloud_views(xyz, what, "the map after the new frame")[0]
 
 # %% [markdown]
 # ## Fields: of the frame alone, and fused
-# Slices 12 cm over the table and through the boxes. The frame alone knows nothing of what the ball hides. Arrows: the
-# gradient, which points away from the surfaces.
+# Slices 12 cm above the table and through the boxes. The frame alone has no surfaces where the ball occludes them. Arrows:
+# the gradient, which points away from the surfaces.
 
 # %%
 right, up = np.linspace(-0.5, 0.5, 81), np.linspace(-0.4, 0.6, 81)
@@ -147,8 +147,8 @@ for state, name in ((frustum, "frustum field: the frame alone"), (fused, "fused 
     display(field_slices(parts, title=name, highest=0.4)[0])
 
 # %% [markdown]
-# ## How sure is it?
-# The lower bound holds in 95 % of places: it knows the noise of the points and the spacing between them.
+# ## Uncertainty
+# The lower bound holds for 95 % of queries: it includes the noise and the spacing of the points.
 
 # %%
 line = np.stack([np.full(31, 0.0), np.full(31, 0.25), np.linspace(0.21, 0.6, 31)], axis=1).astype(np.float32)
@@ -162,8 +162,8 @@ axes.set(xlabel="height over the ball [m]", ylabel="distance [m]", title="distan
 axes.legend(frameon=False)
 # %% [markdown]
 # ## Normals
-# From the Hessian of the occupancy, on the side of the camera. Where the surface bends too much for the length scale the
-# map says so, and nothing is drawn.
+# From the Hessian of the occupancy, towards the camera. Points where the curvature is too large for the length scale are
+# flagged by the map and not drawn.
 
 # %%
 near = xyz[np.linalg.norm(xyz - [0.0, 0.25, 0.1], axis=1) < 0.3]

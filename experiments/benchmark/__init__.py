@@ -1,1 +1,1 @@
-"""Speed of the parts: against named peers, as tables, JSON and a page."""
+"""Measures the speed of the parts: against named peers, as tables, JSON and a page."""

@@ -1,6 +1,6 @@
 """`python -m experiments.benchmark SECTION`: speed of a part, or of all parts, as a table and as JSON.
 
-With --page the rows also become a page of Markdown; section `page` measures nothing and writes it from the rows of --json.
+With --page the rows are also written as a Markdown page; section `page` writes it from the rows of --json without measuring.
 A section is a module of this folder with a function `run() -> {row: {"value": number, "unit": text}}`.
 """
 
@@ -28,7 +28,7 @@ def run_section(name: str) -> dict[str, Row]:
     """Measures one section.
 
     Raises:
-        UsageError: no such section, or its module is not there.
+        UsageError: no such section, or its module is missing.
     """
     if name not in SECTIONS:
         raise UsageError(f"no section {name!r}; accepted: {', '.join(SECTIONS)}, all, page")
@@ -46,13 +46,13 @@ def benchmark(section: str, json_file: Path | None, page_file: Path | None) -> i
     """Measures a section, or all, prints tables, merges the rows into a JSON file and writes the page of all rows.
 
     Raises:
-        UsageError: no such section; a file in no folder; nothing to write a page from.
+        UsageError: no such section; a missing folder; no rows for the page.
     """
     for option, file in (("--json", json_file), ("--page", page_file)):
         if file and not file.parent.is_dir():
             raise UsageError(f"no folder {file.parent} for {option}")
     if section == "page" and not (json_file and page_file):
-        raise UsageError("section page needs --json with the rows and --page to write")
+        raise UsageError("section page needs --json FILE with the rows and --page FILE to write")
     results = read_results(json_file) if json_file else {}
     if json_file:
         check_writable(json_file.parent, "--json")
@@ -63,7 +63,7 @@ def benchmark(section: str, json_file: Path | None, page_file: Path | None) -> i
         rows = run_section(name)
         print(table(name, rows) + "\n", flush=True)
         results[name] = rows
-        if json_file:  # after each section: what was measured is kept
+        if json_file:  # after each section, so that finished ones are kept
             write_bytes(json_file, (json.dumps(results, indent=1) + "\n").encode())
     if page_file:
         write_bytes(page_file, page(results).encode())
@@ -79,18 +79,18 @@ def main(argv: Sequence[str] | None = None) -> int:
             json: Path | None = None,
             page: Path | None = None,
         ) -> tuple[str, Path | None, Path | None]:
-            """Measure speed: as rates, and as ratios to peers measured in the same process.
+            """Measure speed as rates, and as ratios to peers measured in the same process.
 
             Args:
-                section: arm, field, grad, sweep, map or all; page: none, only write --page from the rows of --json.
-                json: File to write {section: {row: {value, unit}}} to; sections that it has already stay.
-                page: File to write the rows to as a page of Markdown, each section with what it measures.
+                section: arm, field, grad, sweep, map or all; page: write --page from the rows of --json without measuring.
+                json: Output file {section: {row: {value, unit}}}; other sections in it are kept.
+                page: Output file for a Markdown page of all sections, with descriptions.
             """
             return section, json, page
 
         return benchmark(*parse_options(arguments, argv, "python -m experiments.benchmark"))
 
-    return exit_status(program, "stopped; what --json was given before is kept")
+    return exit_status(program, "stopped; the sections finished before are in the file of --json")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Speed of the arm's dynamics: the folded chain beside MuJoCo's C rollout and MJX, in turn on the same cores.
+"""Speed of the arm's dynamics: the folded chain compared with MuJoCo's C rollout and MJX, alternating on the same cores.
 
 Steps of 2 ms, each arm with its own start and torques. Folded and MJX in float32 on all cores, `mujoco.rollout` in double
-precision with a thread per core. Times are the best of the repeats.
+precision with one thread per core. Times are the best of the repetitions.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -23,7 +23,7 @@ from hrcjax.robot import Arm, ArmState, jit_for, load_arm, step
 DT = 0.002
 THREADS = min(2, os.cpu_count() or 1)
 FOLDED = {64: 2000, 1024: 200, 4096: 60}
-"""Steps of a scan by batch."""
+"""Batch size -> steps of a scan."""
 MJX = {64: 200, 1024: 25}
 STOCK = {64: 4}
 C_ARMS, C_STEPS = 256, 400
@@ -35,7 +35,7 @@ def _inputs(arm: Arm, batch: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _compiled(arm: Arm, backend: str, batch: int, steps: int, stock: bool = False) -> tuple[Callable[[], Any], float]:
-    """A call that runs a batch of rollouts, and the seconds it took to compile; `stock`: MJX without its option."""
+    """A call that runs a batch of rollouts, and its compile time [s]; `stock`: MJX with the default compiler options."""
 
     def one(q: jax.Array, torque: jax.Array) -> jax.Array:
         def tick(state: ArmState, tau: jax.Array) -> tuple[ArmState, None]:
@@ -73,10 +73,10 @@ def run(repeat: int = 5) -> dict[str, dict[str, float | str]]:
     """Rates and ratios, by row.
 
     Args:
-        repeat: rounds in which every contender runs once.
+        repeat: rounds; every backend runs once per round.
     """
     arm = load_arm("ur5")
-    # the compile time that counts is a cold one
+    # compile times are measured without the cache
     cached = jax.config.jax_enable_compilation_cache
     jax.config.update("jax_enable_compilation_cache", False)
     try:
@@ -118,6 +118,9 @@ def run(repeat: int = 5) -> dict[str, dict[str, float | str]]:
         **{f"steps_per_s_batch_{batch}": {"value": best["folded", batch], "unit": "steps/s"} for batch in FOLDED},
         "mujoco_rollout_steps_per_s": {"value": top["c"], "unit": f"steps/s, {THREADS} threads"},
         "mjx_steps_per_s": {"value": top["mjx"], "unit": f"steps/s, batch {at['mjx']}, without fusion emitters"},
-        "mjx_stock_steps_per_s": {"value": stock_rate, "unit": f"steps/s, batch {stock_batch}, as it comes"},
+        "mjx_stock_steps_per_s": {
+            "value": stock_rate,
+            "unit": f"steps/s, batch {stock_batch}, default compiler options",
+        },
         "compile_s": {"value": compile_s, "unit": "s, folded vmap of scan, slowest batch"},
     }

@@ -1,12 +1,11 @@
 """Time of the distance field per pair of query and training point, as a multiple of a bare exponential.
 
-The measure: `jnp.exp` of a ready float32 array of one entry per pair, each row summed: the exponentials and one pass
-over the array, nothing else. Rows named `_written` compare with the plain `jnp.exp` of the same array, whose result is
-a second large array and takes several times as long: the easier measure. All programs are compiled before, run by the
-same threads, and interleaved; the best of several counts.
+The reference: `jnp.exp` of a precomputed float32 array with one entry per pair, summed over each row. Rows named `_written`
+compare with `jnp.exp` of the same array without the sum; its result is a second large array, which takes several times as
+long. All programs are compiled before, run on the same threads, and interleaved; the best of several runs is reported.
 
 The row `value` is the value alone by the closed form, the first result of `distance_and_gradient`; `definition` is
-`distance`, the scalar that defines it and is differentiated by machine. Queries go through `jax.lax.map` in batches whose exponentials fit the cache; the closed loop (`union`) is 64 episodes
+`distance`, the scalar function for automatic differentiation. Queries go through `jax.lax.map` in batches whose exponentials fit the cache; the closed loop (`union`) is 64 episodes
 of 18 control points under nested `vmap`, its reverse mode the gradient of a scalar of all four results.
 """
 
@@ -32,7 +31,7 @@ EPISODES, CONTROL_POINTS, STATIC_POINTS, MOVING_POINTS = 64, 18, 400, 112
 
 
 def _best(programs: dict[str, tuple[Callable, jax.Array]], repeat: int) -> dict[str, float]:
-    """Best time of each [s]; round after round, so that a busy moment hits all."""
+    """Best time of each [s]; interleaved, so that other load affects all alike."""
     compiled = {name: (jax.jit(f), x) for name, (f, x) in programs.items()}
     for f, x in compiled.values():
         jax.block_until_ready(f(x))

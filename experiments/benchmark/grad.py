@@ -1,4 +1,4 @@
-"""Value and gradient of a batch of whole episodes against the value alone, in float32 on all cores.
+"""Value and gradient of a batch of complete episodes compared with the value alone, in float32 on all cores.
 
 Every numeric parameter of the default cell is differentiated, in reverse mode through all ticks. A quarter of the compile
 time is JAX's tracing, the rest XLA's; most of it is the control tick (joint servo, motion policy, kinematics), a third the
@@ -22,7 +22,7 @@ BATCH = 64
 
 
 def best_time(f: Callable[..., Any], *args: Any, repeat: int) -> float:
-    """Least time of a few calls [s]."""
+    """Best time of a few calls [s]."""
     times = []
     for _ in range(repeat):
         begin = time.perf_counter()

@@ -1,8 +1,8 @@
 """Time from a 640 x 480 image to the updated map, and of queries, in a room of 12 m.
 
-A camera with the noise of a D435i looks about on one spot until the map holds some 20,000 points; there it is timed. Then it
-walks through the room until the map holds 200,000, comes back, and is timed again by the same images. Program and
-capacity are the same. Rendering is not part of the time. Queries read the larger map, in a process of one thread.
+A camera with the noise of a D435i turns in one place until the map holds some 20,000 points; there updates are timed. Then it
+moves through the room until the map holds 200,000, returns, and updates are timed again with the same images. Program and
+capacity are the same. Rendering is not timed. Queries read the larger map, in a process with one thread.
 """
 
 import time
@@ -56,7 +56,7 @@ def room() -> Scene:
 
 
 def walking(frame: Any) -> Camera:
-    """A walk through the room, turning about, looking down a little."""
+    """A path through the room with a turning camera, tilted down slightly."""
     a = 0.011 * frame
     eye = jnp.stack([4.3 * jnp.cos(a) * jnp.cos(0.31 * a), 4.3 * jnp.sin(a) * jnp.cos(0.23 * a), 0.9 + 0 * a])
     turn = 2.7 * a
@@ -64,7 +64,7 @@ def walking(frame: Any) -> Camera:
 
 
 def looking(frame: Any) -> Camera:
-    """On one spot, to and fro over a corner with boxes."""
+    """A camera in one place that pans over a corner with boxes."""
     turn = 0.8 + 0.3 * jnp.sin(0.05 * frame)
     eye = jnp.stack([4.3 + 0.1 * jnp.sin(0.03 * frame), 4.3 + 0 * turn, 0.8 + 0 * turn])
     return d435i(eye, eye + jnp.stack([jnp.cos(turn), jnp.sin(turn), -0.4 + 0 * turn]), 1)
@@ -102,7 +102,7 @@ def run() -> dict[str, dict[str, Any]]:
     for size in (SMALL, LARGE):
         frame = 0
         while size == LARGE and count_points(state) < size and frame < MOST_FRAMES:
-            stream = initial_stream()  # not timed, and its pose leaps
+            stream = initial_stream()  # not timed, and its pose jumps
             state, *_ = step(state, stream, jnp.float32(clock / 30), *walk(jnp.float32(frame)))
             frame, clock = frame + 1, clock + 1
         stream = initial_stream()
@@ -133,6 +133,6 @@ def run() -> dict[str, dict[str, Any]]:
         "query_18_all_threads_ms": {**spread["query_18_ms"], "unit": "ms, in a process with all threads"},
         "query_ratio_all_threads": {**spread["query_ratio_to_exp"], "unit": "1, both sides with all threads"},
         "refused_frames": {"value": refusals, "unit": "1"},
-        "left_for_later": {"value": faults, "unit": "blocks and points of the timed frames"},
+        "left_for_later": {"value": faults, "unit": "blocks and points that the timed frames did not update"},
         "compile_s": {"value": compile_s, "unit": "s"},
     }

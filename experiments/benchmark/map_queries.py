@@ -1,11 +1,12 @@
-"""Queries of the larger map, and bare exponentials beside them, run in a process of one thread (`PJRT_NPROC=1`, no
-asynchronous dispatch), both sides of the ratio alike.
+"""Queries of the larger map and bare exponentials, both in a process with one thread (`PJRT_NPROC=1`, no asynchronous
+dispatch).
 
-A lone query is some thirty small operations. Where XLA has several threads it spreads each of them, and waking the
-others costs more than they save: 18 queries then take two to three times as long, and the ratio doubles, as the exp alone
-does gain from the second core. So a control loop asks its map best in a process of one thread. The median of 18 queries
-follows what else the machine does, from 0.20 to 0.34 ms in six runs; the best is the same in each. The ratio to a bare exp
-counts empty places too. A fifth of the groups of queries need more blocks than a group reads, and are asked one by one. `python -m experiments.benchmark.map_queries FILE X Y Z` prints the rows for the map in a file as
+A single query is some thirty small operations. With several threads XLA distributes each of them, and the synchronisation
+costs more than it saves: 18 queries then take two to three times as long, and the ratio doubles, as the exponential alone
+does gain from the second core. So a control loop best queries its map in a process with one thread. The median of 18
+queries varies with the load of the machine, from 0.20 to 0.34 ms in six runs; the best is the same in each. The ratio to a
+bare exponential counts empty voxels too. A fifth of the groups of queries need more blocks than a group reads, and are
+evaluated one by one. `python -m experiments.benchmark.map_queries FILE X Y Z` prints the rows for the map in a file as
 JSON, asked within an arm's reach of a place.
 """
 
@@ -48,7 +49,7 @@ def measure_queries(layout: MapLayout, params: MapParams, state: FieldMap, middl
     """Rows of {"value", "unit"}, measured in this process.
 
     Args:
-        middle: of the cube in which the map is asked (3,) [m].
+        middle: centre of the cube of the queries (3,) [m].
     """
     rows = np.asarray(state.levels[0].rows)
     points = np.moveaxis(rows[:, :3], 1, 2)[rows[:, 3] > 0]
@@ -71,14 +72,14 @@ def measure_queries(layout: MapLayout, params: MapParams, state: FieldMap, middl
         "query_18_ms": {"value": 1e3 * float(np.median(few)), "unit": "ms"},
         "query_18_best_ms": {"value": 1e3 * float(np.min(few)), "unit": "ms"},
         "query_ratio_to_exp": {"value": reach / pairs / exp, "unit": "1, in a cube of 1.6 m"},
-        "query_us": {"value": 1e6 * reach / QUERIES, "unit": "us a query, in a cube of 1.6 m"},
-        "query_room_us": {"value": 1e6 * room / QUERIES, "unit": "us a query, all over the room"},
-        "exp_ns": {"value": 1e9 * exp, "unit": "ns a bare exp"},
+        "query_us": {"value": 1e6 * reach / QUERIES, "unit": "us per query, in a cube of 1.6 m"},
+        "query_room_us": {"value": 1e6 * room / QUERIES, "unit": "us per query, in the whole room"},
+        "exp_ns": {"value": 1e9 * exp, "unit": "ns per exponential"},
     }
 
 
 def measure_in_one_thread(layout: MapLayout, params: MapParams, state: FieldMap, middle: np.ndarray) -> Rows:
-    """The same, in a process of its own that has one thread."""
+    """The same in a separate process with one thread."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "map.npz"
         save_map(file, layout, params, state)
@@ -91,7 +92,7 @@ def measure_in_one_thread(layout: MapLayout, params: MapParams, state: FieldMap,
 
 def main(arguments: list[str]) -> None:
     """The program."""
-    jax.config.update("jax_cpu_enable_async_dispatch", False)  # on the thread that asks
+    jax.config.update("jax_cpu_enable_async_dispatch", False)  # run on the calling thread
     layout, params, state = open_map(arguments[0])
     middle = np.asarray([float(v) for v in arguments[1:4]])
     print(json.dumps(measure_queries(layout, params, state, middle)))

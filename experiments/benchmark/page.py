@@ -1,4 +1,4 @@
-"""The page of the benchmarks: every section's docstring, its rows, and the bars that they are held against."""
+"""The page of the benchmarks: every section's docstring, its rows, and their targets."""
 
 import ast
 import math
@@ -9,20 +9,20 @@ from typing import Any
 
 Row = Mapping[str, Any]
 
-ABOUT = """# Benchmarks
+INTRODUCTION = """# Benchmarks
 
 Written by the program; do not edit. `make benchmark` measures all sections, rewrites [benchmarks.json](benchmarks.json) and
-this page. The page alone, from rows that were measured before:
+this page. The page alone, from existing rows:
 
 ```
 python -m experiments.benchmark page --json docs/benchmarks.json --page docs/benchmarks.md
 ```
 
-Each section compares with a named peer, measured in the same process, compile time apart. On a shared machine ratios move by
-some 20 % from run to run. A bar is what the project holds itself to; rows without one are for information.
+Each section compares with a named peer, measured in the same process, without compile time. On a shared machine ratios vary by
+some 20 % from run to run. Rows without a target are for information.
 """
 MODULES = {"map": ("map", "map_queries")}
-"""Files whose docstrings tell what a section does, where it is more than the section's own."""
+"""Section -> files whose docstrings describe it, if not only its own."""
 COMPARE: dict[str, Callable[[float, float], bool]] = {"<": operator.lt, "<=": operator.le, ">=": operator.ge}
 BARS = {
     "arm": {
@@ -43,27 +43,27 @@ BARS = {
         "query_ratio_to_exp": ("<=", 4.0),
     },
 }
-"""Section -> row -> what its value must be."""
+"""Section -> row -> target of its value."""
 
 
 def number(value: float) -> str:
-    """Three digits, or all of a large number."""
+    """A number with three significant digits, or all digits of a large one."""
     if not math.isfinite(value):
         return str(value)
     return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
 
-def about(section: str) -> str:
-    """The docstrings of a section's files; empty if there are none."""
+def description(section: str) -> str:
+    """The docstrings of a section's files; empty if it has none."""
     files = [Path(__file__).parent / f"{name}.py" for name in MODULES.get(section, (section,))]
     texts = [ast.get_docstring(ast.parse(f.read_text(encoding="utf-8"))) for f in files if f.is_file()]
     return "\n\n".join(text for text in texts if text)
 
 
 def section_page(section: str, rows: Mapping[str, Row]) -> str:
-    """A section: what is measured, and the table of its rows."""
-    lines = [f"## {section}", "", *([about(section), ""] if about(section) else [])]
-    lines += ["| row | measured | unit | bar | held |", "|---|---|---|---|---|"]
+    """A section: its description and the table of its rows."""
+    lines = [f"## {section}", "", *([description(section), ""] if description(section) else [])]
+    lines += ["| row | measured | unit | target | met |", "|---|---|---|---|---|"]
     for name, row in rows.items():
         value, (sign, bar) = float(row["value"]), BARS.get(section, {}).get(name, ("", 0.0))
         held = ("yes" if COMPARE[sign](value, bar) else "**no**") if sign else "-"
@@ -74,4 +74,4 @@ def section_page(section: str, rows: Mapping[str, Row]) -> str:
 
 def page(results: Mapping[str, Mapping[str, Row]]) -> str:
     """The whole page, as Markdown."""
-    return "\n".join([ABOUT, *(section_page(section, rows) for section, rows in results.items())])
+    return "\n".join([INTRODUCTION, *(section_page(section, rows) for section, rows in results.items())])

@@ -1,13 +1,13 @@
-"""Ticks of the closed loop per second: a batch of settings in one program beside one episode after another.
+"""Ticks of the closed loop per second: a batch of settings in one program compared with one episode after another.
 
-Both follow paths for 250 ticks of 8 ms beside a person who reaches in, whose whole motion is in these 2 s, in the cell
-of the sweep with its sensing, rates, capacities and default parameters. In the batch are 128 settings that share the
-fields and differ in their paths, as those of the default sweep do: arcs from start to goal, of other heights and sides.
-What is timed is the scan of ticks, record included: paths, fields and the curve through a path are made before, for
-both. The batch is `hrcjax.sim.follow` in float32 under jit and vmap, on as many cores as XLA takes. The peer is
+Both follow paths for 250 ticks of 8 ms beside a person who reaches in within these 2 s, in the cell of the sweep with its
+sensing, rates, capacities and default parameters. The batch has 128 settings that share the fields and differ in their
+paths, as those of the default sweep do: arcs from start to goal with different heights and sides. The scan of ticks is
+timed, with its record; paths, fields and splines are computed before, for both. The batch is `hrcjax.sim.follow` in
+float32 under jit and vmap, on as many cores as XLA uses. The peer is
 `hrcjax.reference`: the same algorithm, parameters and rates in C MuJoCo, NumPy and SciPy, in float64, in
 one thread, vectorised over the points of a tick; it runs some of the same settings. Rounds of the two alternate; the
-best of each counts. `tool_difference` is how far apart the two loops' tool points come: they do the same work.
+best of each is reported. `tool_difference` is the largest distance between the tool points of the two loops.
 """
 
 import time
@@ -29,11 +29,11 @@ from hrcjax.sim import Cell, Fields, Params, Record, World, fit_fields, follow
 
 TICKS = 250
 HEIGHTS = np.linspace(0.05, 0.2, 16)
-"""Rise of the arcs [m]."""
+"""Heights of the arcs [m]."""
 SIDES = np.linspace(-0.15, 0.15, 8)
-"""Their bend to the side, as a share of the distance from start to goal [1]."""
+"""Lateral deviation of the arcs over the distance from start to goal [1]."""
 SERIAL = 4
-"""Episodes of a round of the serial loop."""
+"""Episodes per round of the serial loop."""
 
 
 def _paths(world: World) -> np.ndarray:
@@ -46,7 +46,7 @@ def _paths(world: World) -> np.ndarray:
 
 
 def _batch(cell: Cell, world: World, paths: np.ndarray) -> tuple[Callable[[], Record], float]:
-    """A call that runs all paths, and the seconds it took to compile."""
+    """A call that runs all paths, and its compile time [s]."""
 
     def one(params: Params, curve: PathCurve, world: World, fields: Fields) -> Record:
         return follow(params, cell, curve, world.frames, world.q_start, fields)[1]
@@ -56,7 +56,7 @@ def _batch(cell: Cell, world: World, paths: np.ndarray) -> tuple[Callable[[], Re
     curves = jax.jit(jax.vmap(path_curve))(jnp.asarray(paths))
     begin = time.perf_counter()
     lowered = jax.jit(jax.vmap(one, in_axes=(None, 0, None, None))).lower(params, curves, world, fields)
-    program = lowered.compile(compiler_options=unrolled_options())  # as the sweep's own
+    program = lowered.compile(compiler_options=unrolled_options())  # as in the sweep
     seconds = time.perf_counter() - begin
     return lambda: jax.block_until_ready(program(params, curves, world, fields)), seconds
 
@@ -72,7 +72,7 @@ def run(repeat: int = 5) -> dict[str, dict[str, Any]]:
     """Rates and their ratio, by row.
 
     Args:
-        repeat: rounds in which either loop runs once.
+        repeat: rounds; each loop runs once per round.
     """
     cell = replace(make_cell(), ticks=TICKS)
     world = build_world(cell, "robotica", "reach_in", 0)

@@ -1,1 +1,1 @@
-"""The figures of a finished sweep, drawn again."""
+"""Draws the figures of a finished sweep again."""

@@ -1,1 +1,1 @@
-"""A recording into a map: the parts of `python -m experiments.map`."""
+"""Maps a recording of depth images or point clouds: a distance field, its points and statistics."""

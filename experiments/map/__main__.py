@@ -1,4 +1,4 @@
-"""`python -m experiments.map`: a recording of depth, frame by frame, into a map of distances."""
+"""`python -m experiments.map`: integrates a recording of depth images or point clouds into a distance field map."""
 
 import json
 import sys
@@ -22,7 +22,7 @@ def evaluate(config: MapConfig) -> int:
         UsageError: a recording is given too.
     """
     if config.input is not None:
-        raise UsageError("--evaluate makes scenes of its own: leave --input out")
+        raise UsageError("--evaluate generates its own scenes: accepted is --evaluate without --input")
     from .evaluate.report import run_evaluation  # here, so that --help answers at once
 
     rows = run_evaluation(progress=not config.json)
@@ -33,9 +33,9 @@ def evaluate(config: MapConfig) -> int:
 
 
 def with_bar(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row whose unit also tells its bar, if it has one."""
+    """A row whose unit includes the target value, if the row has one."""
     bar = row.get("bar")
-    return {**row, "unit": row["unit"] if bar is None else f"{row['unit']}  (bar {bar})"}
+    return {**row, "unit": row["unit"] if bar is None else f"{row['unit']}  (target {bar})"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

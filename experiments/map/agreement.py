@@ -1,5 +1,5 @@
-"""Whether frames that see the same surfaces put them into the same place, and if not, whether another reading of their poses
-would: inverted (world to camera), or with the quaternion's scalar first."""
+"""Consistency of poses: whether overlapping depth images agree, and if not, whether they would under another pose convention:
+inverted (world to camera), or quaternions with the scalar first."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,36 +13,36 @@ from hrcjax.io.recordings.frame import InputFrame, Intrinsics
 MOST = 8
 """Frames that are compared."""
 MOVED = (0.02, 0.02)
-"""A frame is compared if its camera has moved or turned this much since the last one [m], [rad]; where there are more than
-MOST of them every second one goes, and the others must have moved twice as much."""
+"""A frame is compared if its camera has moved or turned this much since the last compared frame [m], [rad]. Once there are
+MOST frames, every second one is dropped and the threshold doubles."""
 FARTHEST = 8.0
-"""Up to so many times as much."""
+"""Largest factor of that threshold [1]."""
 NEIGHBOURS = 2
-"""Each of them with so many that follow."""
+"""Each frame is compared with this many later ones."""
 PIXELS = 2000
-"""Of a frame that are compared, about."""
+"""Pixels of a frame that are compared, approximately."""
 LIMITS = (0.1, 10.0)
-"""Of depth [m]."""
+"""Range of depth that is compared [m]."""
 SHARE = 0.3
-"""Of the pixels that must fall into the other image, onto a measurement."""
+"""Least share of pixels that project onto a measurement of the other image [1]."""
 CLEAR = 0.01
-"""Relative disagreement above which another reading is asked for [1]."""
+"""Relative disagreement above which other pose conventions are tested [1]."""
 BETTER, GOOD = 0.5, 0.03
-"""Another reading is named if it disagrees by less than this share, and by less than this in all [1]."""
+"""Another convention is reported if its disagreement is below this share of the given one's, and below this value [1]."""
 WRONG = 0.05
-"""Relative disagreement that is told even if no other reading is better [1]."""
+"""Relative disagreement that is reported even if no other convention is better [1]."""
 
 Pose = tuple[np.ndarray, np.ndarray]  # rotation (3, 3), position (3,) [m]
 
 
 def inverted(pose: Pose) -> Pose:
-    """The pose if the recording tells camera from world."""
+    """The pose if the recording holds world-to-camera poses."""
     rotation, position = pose
     return rotation.T, -rotation.T @ position
 
 
 def scalar_first(pose: Pose) -> Pose:
-    """The pose if the recording's quaternion is w x y z, read as x y z w."""
+    """The pose if a quaternion w x y z was read as x y z w."""
     rotation, position = pose
     w, x, y, z = Rotation.from_matrix(rotation).as_quat()
     return Rotation.from_quat([x, y, z, w]).as_matrix(), position
@@ -53,27 +53,27 @@ READINGS: dict[str, Callable[[Pose], Pose]] = {
     "scalar first (qw qx qy qz)": scalar_first,
     "scalar first (qw qx qy qz) and inverted (world to camera)": lambda pose: inverted(scalar_first(pose)),
 }
-"""In words, and what the pose would be."""
+"""Pose convention in words -> the pose under it."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Kept:
     points: np.ndarray
-    """In the camera's axes (point, 3) [m]."""
+    """Points in camera axes (point, 3) [m]."""
     depth: np.ndarray
     intrinsics: Intrinsics
     pose: Pose
 
 
 class Agreement:
-    """Compares some depth images of each camera."""
+    """Compares a few depth images of each camera with each other."""
 
     def __init__(self) -> None:
         self._kept: dict[str, list[_Kept]] = {}
         self._moved: dict[str, float] = {}
 
     def add(self, frame: InputFrame) -> None:
-        """Keeps the frame if it is a depth image and its camera has moved."""
+        """Keeps the frame for comparison if it is a depth image and its camera has moved."""
         kept = self._kept.setdefault(frame.camera, [])
         if frame.depth is None or frame.intrinsics is None:
             return
@@ -92,8 +92,8 @@ class Agreement:
         kept.append(_Kept(_some_points(frame.depth, frame.intrinsics), frame.depth, frame.intrinsics, pose))
 
     def disagreement(self, reading: Callable[[Pose], Pose] | None = None) -> tuple[float, float]:
-        """Median distance along the ray between what one frame saw and what another one sees there [m], and the same over the
-        depth [1]; infinity where hardly any two frames see the same place; NaN if too few frames were kept."""
+        """Median depth difference between the points of one frame, projected into another, and that frame's measurements [m], and
+        the same relative to the depth [1]; infinity where the frames do not overlap; NaN if too few frames were kept."""
         pairs = [
             (one, two)
             for kept in self._kept.values()
@@ -106,20 +106,20 @@ class Agreement:
         return float(np.median(found[:, 0])), float(np.median(found[:, 1]))
 
     def line(self) -> str:
-        """What is to be said; "": nothing."""
+        """The warning; "": none."""
         here, relative = self.disagreement()
         if not relative > CLEAR:
             return ""
         others = {name: self.disagreement(reading) for name, reading in READINGS.items()}
         name, (there, least) = min(others.items(), key=lambda item: item[1][1])
-        as_given = "hardly any two frames see the same place" if np.isinf(here) else f"frames disagree by {here:.3f} m"
+        as_given = "hardly any two frames overlap" if np.isinf(here) else f"frames disagree by {here:.3f} m"
         if least < min(BETTER * relative, GOOD):
             return (
-                f"poses: {as_given} as they are read (camera to world, qx qy qz qw), by {there:.3f} m if they are "
-                f"{name}: then convert them first"
+                f"poses: {as_given} with the poses as read (camera to world, qx qy qz qw), and by {there:.3f} m if they are "
+                f"{name}; convert the poses first"
             )
         if relative > WRONG:
-            return f"{as_given} ({100 * relative:.0f} % of the depth, median): intrinsics, depth scale or poses may be wrong"
+            return f"{as_given} ({100 * relative:.0f} % of the depth, median): check intrinsics, depth scale and poses"
         return ""
 
 

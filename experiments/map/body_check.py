@@ -1,7 +1,7 @@
-"""Whether the robot is where its joints put it: whether the frames measure it there, or see what lies behind.
+"""Consistency of joints and frames: whether the frames measure the robot where its joint positions put it.
 
-Asked at places along the axes of the robot's moving capsules, whose depth a frame either confirms, or contradicts by measuring
-farther. What is nearer says nothing: it hides the robot.
+Tested at points along the axes of the robot's moving capsules. A frame confirms a point if it measures the capsule's depth, and
+contradicts it if it measures a surface behind. A nearer surface occludes the robot and says nothing.
 """
 
 from collections.abc import Callable
@@ -13,48 +13,48 @@ from scipy.spatial import KDTree
 
 from hrcjax.io.recordings.frame import InputFrame
 
-from .left_out import BASES, LeftOut
+from .exclusions import BASES, Exclusions
 
 MOST = 12
-"""Frames that are asked."""
+"""Frames that are tested."""
 PLACES = 9
-"""Along the axis of a capsule."""
+"""Test points along the axis of a capsule."""
 MARGIN = 0.05
-"""Of noise, pose and shape [m]."""
+"""Tolerance for noise, pose and shape [m]."""
 ANGLE = 0.01
-"""Between the ray to a place and the nearest ray of a cloud, at most [rad]."""
+"""Largest angle between the ray to a test point and the nearest ray of a cloud [rad]."""
 LEAST = 30
-"""Places that must be seen before anything is said."""
+"""Test points needed for a result."""
 HARDLY, WELL = 0.5, 0.8
-"""Shares of the places seen that are confirmed: below the first it is told, and another reading is named above the second."""
+"""Shares of confirmed test points: below the first there is a warning; it names another reading that is above the second [1]."""
 FAR_BETTER = 3
-"""Another reading is also named if it confirms so many times as many places: those hidden say nothing."""
+"""Another reading is also named if it confirms this many times as many test points [1]."""
 BY_ALPHABET = (2, 1, 0, 3, 4, 5)
-"""Columns of joints in the order of the alphabet (elbow, shoulder lift, shoulder pan, wrist ...) from the base to the flange."""
+"""Columns of joints in alphabetical order (elbow, shoulder lift, shoulder pan, wrist ...), reordered from base to flange."""
 
 
 class BodyCheck:
-    """Asks some frames, for the joints as given and for other readings of them."""
+    """Tests some frames against the joints as given, and against other base frames and joint orders."""
 
-    def __init__(self, left_out: LeftOut) -> None:
-        self.left_out = left_out
-        other = BASES[1 - BASES.index(left_out.base)]
+    def __init__(self, exclusions: Exclusions) -> None:
+        self.exclusions = exclusions
+        other = BASES[1 - BASES.index(exclusions.base)]
         ordered = tuple(range(len(BY_ALPHABET)))
-        bases = {left_out.base: "", other: f"--arm-base {other}"}
-        orders = {ordered: ""} if left_out.named else {ordered: "", BY_ALPHABET: "joints in the order of the alphabet"}
+        bases = {exclusions.base: "", other: f"--arm-base {other}"}
+        orders = {ordered: ""} if exclusions.named else {ordered: "", BY_ALPHABET: "joints in alphabetical order"}
         self.readings = {
             (base, order): " and ".join(filter(None, (said, words)))
             for base, said in bases.items()
             for order, words in orders.items()
         }
         self.found = {reading: np.zeros(2, int) for reading in self.readings}
-        """Places confirmed, and contradicted."""
+        """Test points confirmed, and contradicted."""
         self.asked = 0
-        self._bodies = {base: jax.jit(left_out.with_base(base).body_at) for base in bases}
+        self._bodies = {base: jax.jit(exclusions.with_base(base).body_at) for base in bases}
 
     def add(self, frame: InputFrame) -> None:
-        """Asks a frame whose joints are known."""
-        q = self.left_out.q_at(frame.stamp)
+        """Tests a frame whose joints are known."""
+        q = self.exclusions.q_at(frame.stamp)
         if q is None or self.asked >= MOST or not np.isfinite(q).all():
             return
         depth_at = _depth_at(frame)
@@ -64,7 +64,7 @@ class BodyCheck:
             assert body is not None
             a, b, radius = (
                 np.asarray(v, np.float64)[1:] for v in (body.a, body.b, body.radius)
-            )  # the base stands still
+            )  # without the base, which does not move
             share = np.linspace(0, 1, PLACES)[:, None, None]
             places = ((1 - share) * a + share * b).reshape(-1, 3)
             own, measured = depth_at((places - frame.position) @ frame.rotation)
@@ -74,36 +74,36 @@ class BodyCheck:
             found[1] += np.sum(there & (measured > own + r + MARGIN))
 
     def share(self, reading: tuple[str, tuple[int, ...]]) -> float:
-        """Of the places seen those that are confirmed; NaN: too few are seen."""
+        """Share of confirmed test points [1]; NaN: too few were observed."""
         confirmed, against = self.found[reading]
         return confirmed / (confirmed + against) if confirmed + against >= LEAST else np.nan
 
     def best(self) -> tuple[str, tuple[int, ...]] | None:
-        """The reading that confirms most places, if hardly any are contradicted; None: there is none."""
+        """The reading that confirms most test points, if it contradicts few; None: there is none."""
         reading = max(self.found, key=lambda reading: self.found[reading][0])
         return reading if self.share(reading) > WELL else None
 
     def line(self) -> str:
-        """What is to be said; "": nothing."""
+        """The warning; "": none."""
         given, best = next(iter(self.readings)), self.best()
         here = self.share(given)
         far_better = best is not None and self.found[best][0] > FAR_BETTER * self.found[given][0]
         if not (here < HARDLY or far_better):
             return ""
         text = (
-            f"robot: where --joints puts the arm {self.found[given][0]} places are seen to be the arm, and at {self.found[given][1]} "
-            "what lies behind is seen: the base frame (--arm-base), the order of the joints (joint_names in the file) or their "
-            "clock may be another"
+            f"robot: the frames do not match --joints: {self.found[given][0]} points of the arm are confirmed, at "
+            f"{self.found[given][1]} a surface behind the arm is measured. Check the base frame (--arm-base), the order of the "
+            "joints (joint_names in the file) and their clock"
         )
         if best is not None and best != given:
             confirmed, against = self.found[best]
-            text += f"; {confirmed} and {against} with {self.readings[best]}"
+            text += f"; {confirmed} confirmed and {against} contradicted with {self.readings[best]}"
         return text
 
 
 def _depth_at(frame: InputFrame) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Places in the sensor's axes (place, 3) [m] -> how far they are, and how far the frame measured in their direction; 0:
-    nothing. Along the axis of a camera, along the ray of a cloud [m]."""
+    """Points in the sensor's axes (place, 3) [m] -> their depth, and the depth measured in their direction, 0: none [m]. Depth is
+    along the optical axis for images, along the ray for clouds."""
 
     def in_image(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         assert frame.depth is not None and frame.intrinsics is not None

@@ -1,4 +1,4 @@
-"""Layout, parameters and recording that the options ask for."""
+"""Layout, parameters and recording chosen by the options."""
 
 import dataclasses
 import math
@@ -22,17 +22,17 @@ from .frame_check import check_near_origin
 T = TypeVar("T", MapParams, StreamParams)
 
 MOST_PLACES = 30_000_000
-"""Places of blocks in a box; each costs 8 bytes, and a row of them every frame."""
+"""Largest number of blocks in the box, with or without points; each takes 8 bytes."""
 MOST_LAST = 64
-"""Blocks of the coarsest level, which a query reads whole."""
+"""Largest number of blocks of the coarsest level, all of which every query reads."""
 SPACINGS = (0.001, 1.0)
-"""Least and greatest edge of a voxel [m]."""
+"""Smallest and largest edge of a voxel [m]."""
 PATIENCE = (1.0, 127.0)
-"""Frames that can be counted."""
+"""Smallest and largest `patience`: counted in 8 bits."""
 NEIGHBOURS = ("clear_distance", "new_distance")
-"""Distances that are measured to points of the 26 neighbouring voxels."""
+"""Parameters that are distances to points of the 26 neighbouring voxels."""
 FITTED = ("ratio", "noise")
-"""Parameters that the weights of a map depend on."""
+"""Parameters on which the weights of a map depend."""
 OF_INPUT = (
     "per_metre",
     "rate",
@@ -47,10 +47,10 @@ OF_INPUT = (
 
 
 def check(config: MapConfig) -> None:
-    """Refuses what cannot be meant.
+    """Refuses options that contradict each other or are out of range.
 
     Raises:
-        UsageError: one line says what, and what is accepted.
+        UsageError: names the option and what is accepted.
     """
     if config.input is None:
         raise UsageError("no recording: give --input PATH; --help shows examples")
@@ -62,9 +62,9 @@ def check(config: MapConfig) -> None:
     sizes += ["spacing"] if config.spacing != MapConfig.spacing else []
     if config.continue_from and (config.fit or sizes):
         names = ", ".join(f"--{name}" for name in (["fit"] if config.fit else []) + sizes)
-        raise UsageError(f"{names}: a map that is gone on from keeps its box and sizes; leave it out")
+        raise UsageError(f"{names}: not accepted with --continue-from, which keeps the map's box and sizes")
     if config.fit and (config.lower or config.shape):
-        raise UsageError("--fit chooses the box: give either it or --lower and --shape")
+        raise UsageError("--fit chooses the box: accepted is either --fit or --lower and --shape")
     for name in ("lower", "slice_at"):
         if not all(math.isfinite(v) for v in getattr(config, name) or ()):
             raise UsageError(f"--{name.replace('_', '-')}: accepted are three finite numbers [m]")
@@ -87,15 +87,14 @@ def recording(config: MapConfig) -> InputSource:
 
 
 def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> tuple[MapParams, StreamParams]:
-    """Parameters of map and frames with NAME=VALUE in place of theirs.
+    """Parameters of map and frames, with those given as NAME=VALUE replaced.
 
     Args:
-        params: of the map.
-        continued: the map has been fitted with them.
+        params: defaults of the map.
+        continued: the map was fitted with `params`.
 
     Raises:
-        UsageError: an unknown name, no number, a number that is negative or, where it must not be, 0, a patience that
-            cannot be counted.
+        UsageError: an unknown name, not a number, a number out of range.
     """
     values: dict[str, float] = {}
     known = [field.name for kind in (params, StreamParams()) for field in dataclasses.fields(kind)]
@@ -116,7 +115,7 @@ def choose_params(texts: Sequence[str], params: MapParams, continued: bool) -> t
         if name == "patience" and not PATIENCE[0] <= values[name] <= PATIENCE[1]:
             raise UsageError(f"--param {text}: accepted is a number from {PATIENCE[0]:g} to {PATIENCE[1]:g}")
         if continued and name in FITTED and values[name] != float(getattr(params, name)):
-            raise UsageError(f"--param {text}: the map that is gone on from was fitted with {getattr(params, name):g}")
+            raise UsageError(f"--param {text}: the map of --continue-from was fitted with {getattr(params, name):g}")
     return _with(params, values), _with(StreamParams(), values)
 
 
@@ -126,7 +125,7 @@ def _with(params: T, values: dict[str, float]) -> T:
 
 
 def beyond_neighbours(texts: Sequence[str], params: MapParams, spacing: float) -> str:
-    """Which of the given parameters reach farther than the points that are compared, in words; "": none.
+    """A note on given distances beyond the range of comparison; "": none.
 
     Args:
         texts: NAME=VALUE, as given.
@@ -136,11 +135,11 @@ def beyond_neighbours(texts: Sequence[str], params: MapParams, spacing: float) -
     far = [f"{name}={getattr(params, name):g}" for name in given if getattr(params, name) > 2 * spacing]
     if not far:
         return ""
-    return f"{', '.join(far)}: a point is compared with those of the 26 voxels about it, so surely up to {spacing:g} m (--spacing) alone"
+    return f"{', '.join(far)}: a point is compared only with those of the 26 neighbouring voxels, so reliably only up to {spacing:g} m (--spacing)"
 
 
 def check_slices(at: Sequence[float] | None, layout: MapLayout) -> None:
-    """Refuses slices through a point (3,) [m] that is farther outside the mapped box than the box is large.
+    """Refuses slices through a point (3,) [m] farther outside the mapped box than the size of the box.
 
     Raises:
         UsageError: such a point.
@@ -171,13 +170,13 @@ def choose_layout(
     shape: Sequence[int] | None = None,
     **sizes: int,
 ) -> MapLayout:
-    """The layout of the options; what they leave open is `lower`, `shape` and `sizes`, or the library's.
+    """The layout of the options, with `lower`, `shape` and `sizes`, or the library's defaults, for those not given.
 
     Args:
-        clouds: the frames are clouds, of which one may hold a whole room.
+        clouds: the frames are clouds; one cloud may cover a whole room.
 
     Raises:
-        UsageError: a box or sizes that no map can have.
+        UsageError: an invalid box or size.
     """
     own: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(MapLayout)}
     own |= {"spacing": config.spacing, **sizes}
@@ -190,8 +189,8 @@ def choose_layout(
     places = math.prod(own["shape"])
     if places > MOST_PLACES:
         raise UsageError(
-            f"a box of {' x '.join(map(str, own['shape']))} blocks is more than {MOST_PLACES}: accepted are fewer; "
-            "raise --spacing or choose a smaller --shape"
+            f"a box of {' x '.join(map(str, own['shape']))} blocks is too large: accepted are up to {MOST_PLACES:,} blocks; "
+            "raise --spacing or reduce --shape"
         )
     own["capacity"] = min(own["capacity"], places)
     own["refitted"] = min(own["refitted"], own["capacity"])
@@ -203,7 +202,7 @@ def choose_layout(
 
 
 def levels_for(shape: Sequence[int]) -> int:
-    """Levels of a box, so that the coarsest, which a query reads whole, is small."""
+    """Number of levels with which the coarsest one is small."""
     levels = 2
     while math.prod(-(-n // 4 ** (levels - 1)) for n in shape) > MOST_LAST:
         levels += 1

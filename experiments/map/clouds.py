@@ -1,4 +1,4 @@
-"""Clouds of a recording, made ready on the host: padded, turned to the faces of a cube, their spacing measured."""
+"""Point clouds prepared on the host: padded, rotated to the faces of a cube, with their point spacing estimated."""
 
 from dataclasses import dataclass
 
@@ -9,36 +9,36 @@ from hrcjax.io.recordings.frame import InputFrame
 from hrcjax.map import FACES, tiles_along
 
 LEAST_PLACES = 1024
-"""Places of the smallest cloud."""
+"""Capacity of the smallest padded cloud."""
 ASKED = 1000
-"""Points whose nearest neighbours tell the spacing of a cloud."""
+"""Points from whose nearest neighbours the spacing of a cloud is estimated."""
 GAPS = (0.005, 0.3)
-"""Least and greatest gap between points of one surface that is believed [m]."""
+"""Smallest and largest accepted estimate of the spacing [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One virtual pinhole camera at a cloud, and the cloud in its axes."""
+    """A virtual pinhole camera, and the cloud in its axes."""
 
     rotation: np.ndarray
     """World from camera, (3, 3)."""
     position: np.ndarray
-    """Of the pinhole (3,) [m]."""
+    """Position of the pinhole (3,) [m]."""
     cloud: np.ndarray
     """Padded points in the camera's axes, (place, 3) [m]."""
     mask: np.ndarray
-    """Which of them exist, (place,)."""
+    """True for points, False for padding, (place,)."""
     tiles: int
-    """Along each edge of the image."""
+    """Tiles along each edge of the image."""
 
 
 def places_for(points: int) -> int:
-    """Places for a cloud: a power of two, so that few programs are compiled."""
+    """Capacity for a cloud: a power of two, so that few programs are compiled."""
     return max(LEAST_PLACES, 1 << max(points - 1, 0).bit_length())
 
 
 def gap_of(cloud: np.ndarray) -> float:
-    """A distance [m] that points of one surface keep to each other: twice what 95 % of them keep."""
+    """Spacing of the points of one surface [m]: twice the 95th percentile of the nearest-neighbour distance."""
     if len(cloud) < 2:
         return GAPS[1]
     asked = cloud[:: max(1, len(cloud) // ASKED)]
@@ -47,7 +47,7 @@ def gap_of(cloud: np.ndarray) -> float:
 
 
 def looks_at(frame: InputFrame, places: int) -> list[Look]:
-    """A look through each face of a cube about the sensor that has points in it."""
+    """A virtual camera for each face of a cube around the sensor that has points in its view."""
     assert frame.cloud is not None
     tiles, looks = tiles_along(places), []
     for face in FACES:
@@ -60,7 +60,7 @@ def looks_at(frame: InputFrame, places: int) -> list[Look]:
 
 
 def look_from_afar(frame: InputFrame, places: int) -> tuple[Look, float]:
-    """One look at all of a cloud whose sensor is not known, from outside, and the greatest depth in it [m]."""
+    """One virtual camera outside of a cloud whose sensor position is unknown, and its largest depth [m]."""
     assert frame.cloud is not None
     cloud = np.asarray(frame.cloud, np.float64)
     low, high = cloud.min(axis=0), cloud.max(axis=0)

@@ -1,4 +1,4 @@
-"""Box and sizes of a map, and the limits of depth, chosen by a first look at some frames of the recording."""
+"""Box, sizes and depth range of a map, chosen in a first pass over some frames of the recording."""
 
 import dataclasses
 from collections.abc import Callable, Iterable
@@ -13,28 +13,28 @@ from hrcjax.map.layout import EDGE
 
 from .choices import choose_layout
 from .config import MapConfig
-from .left_out import Box
+from .exclusions import Box
 
 LOOKS = 60
-"""Frames that are looked at before only every second one of the rest is, then every fourth, and so on."""
+"""The first frames are all used; of the next ones every second, then every fourth, and so on."""
 STRIDE = 4
-"""Pixels between those that are looked at."""
+"""Stride of the pixels that are used."""
 OUTLIERS = 0.002
-"""Share of points that may lie outside on every side."""
+"""Share of points that may lie outside the box on each side [1]."""
 ROOM = 1.5
-"""Places for blocks over those that were seen: other frames see more."""
+"""Capacity over the blocks that were observed: the other frames observe more [1]."""
 NEARER, FARTHER = 0.005, 0.99
-"""Shares of what was measured that are nearer than `near` and `far`, where these are chosen."""
+"""Quantiles of the measured depth that give `near` and `far` [1]."""
 LEAST_NEAR, MOST_FAR = 0.05, 10.0
-"""Limits of what is chosen [m]: farther, the noise of a depth camera is larger than any voxel."""
+"""Limits of the chosen range [m]: farther, the noise of a depth camera exceeds any voxel."""
 STEP = 0.1
-"""Of the depths that are told apart where they are chosen [m]."""
+"""Resolution of the chosen depths [m]."""
 MOST_SEEN = 4096
-"""Blocks that one frame can see, at most: a frame's cost follows it."""
+"""Largest chosen `seen`: the time for a frame grows with it."""
 
 
 def fit_depth(depths: np.ndarray, near: float, far: float) -> tuple[float, float]:
-    """Limits of depth for what a recording measures [m]; at least from `near` to `far`.
+    """Depth range that covers the measurements of a recording, at least `near` to `far` [m].
 
     Args:
         depths: measured (n,) [m].
@@ -48,7 +48,7 @@ def fit_depth(depths: np.ndarray, near: float, far: float) -> tuple[float, float
 
 
 def _local(frame: InputFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Some points of a frame in the sensor's axes (point, 3), and their depths (point,) [m]."""
+    """A subset of a frame's points in sensor axes (point, 3), and their depths (point,) [m]."""
     if frame.depth is None or frame.intrinsics is None:
         cloud = np.asarray(frame.cloud, np.float64)
         return cloud, np.abs(cloud).max(axis=1)
@@ -60,13 +60,13 @@ def _local(frame: InputFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 class _Looked:
-    """What was seen of the recording: points at each distance, and blocks."""
+    """What the first pass observed: frames, depths, blocks."""
 
     def __init__(self, edge: float, box: Box | None) -> None:
         self.edge, self.box = edge, box
         self.depths: list[np.ndarray] = []
         self.frames: list[tuple[np.ndarray, np.ndarray]] = []
-        """Points of each frame in the world (point, 3), and their depths; 0 where these do not matter [m]."""
+        """Points of each frame in the world (point, 3), and their depths; 0 where depth is not limited [m]."""
         self.clouds = False
 
     def add(self, frame: InputFrame, known: bool) -> None:
@@ -94,16 +94,16 @@ def fit_layout(
     say: Callable[[str], None],
     box: Box | None = None,
 ) -> tuple[MapLayout, MapParams]:
-    """A layout about the points of the frames, with places for their blocks; and the parameters, with limits of depth for what
-    was measured unless --param gives them.
+    """A layout whose box contains the points of the frames, with capacity for their blocks; and the parameters, with the depth
+    range of the measurements unless --param gives it.
 
     Args:
-        known: whether the place of a cloud's sensor is known.
-        say: takes a line that tells what was chosen.
-        box: points outside do not count.
+        known: whether the sensor position of a cloud is known.
+        say: prints a line on what was chosen.
+        box: crop box; points outside are ignored.
 
     Raises:
-        UsageError: no frame has a point that counts, or the box is too large.
+        UsageError: no frame has a point in range, or the box is too large.
     """
     edge, seen = config.spacing * EDGE, _look(config, frames, known, box)
     params = _with_depth(config, params, np.concatenate([*seen.depths, np.empty(0)]))
@@ -120,7 +120,7 @@ def fit_layout(
         raise UsageError(
             f"{config.input}: no point between {near:g} and {far:g} m of the sensor to fit "
             f"the box to{' within --crop' if box is not None else ''}; give --per-metre if the depth is not in metres, "
-            "other limits by --param near=... far=..., or --lower and --shape"
+            "another range by --param near=... far=..., or --lower and --shape"
         )
     low, high = _ends(np.concatenate(ends), np.concatenate(counts))
     first, last = np.floor(low / edge).astype(int) - 1, np.floor(high / edge).astype(int) + 1
@@ -140,7 +140,7 @@ def fit_layout(
     size = " x ".join(f"{n * edge:.1f}" for n in shape)
     corner = ", ".join(f"{v:.2f}" for v in layout.lower)
     say(
-        f"fitted: a box of {size} m from ({corner}), places for {layout.capacity} blocks, depth from {near:g} to {far:g} m"
+        f"fitted: a box of {size} m from ({corner}), capacity {layout.capacity} blocks, depth from {near:g} to {far:g} m"
     )
     return layout, params
 
@@ -148,7 +148,7 @@ def fit_layout(
 def _look(
     config: MapConfig, frames: Iterable[InputFrame], known: Callable[[InputFrame], bool], box: Box | None
 ) -> _Looked:
-    """Looks at all frames of a short recording, and at some of a long one."""
+    """Reads all frames of a short recording, and some of a long one."""
     found = _Looked(config.spacing * EDGE, box)
     every, looked = 1, 0
     for number, frame in enumerate(frames):
@@ -170,7 +170,7 @@ def _with_depth(config: MapConfig, params: MapParams, depths: np.ndarray) -> Map
 
 
 def _ends(points: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of the box about all but OUTLIERS of the points (point, 3), each of which stands for so many (point,) [m]."""
+    """Corners of the box that contains all but OUTLIERS of the points (point, 3), weighted by `counts` (point,) [m]."""
     corners = []
     for axis in range(3):
         order = np.argsort(points[:, axis])

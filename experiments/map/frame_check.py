@@ -1,4 +1,4 @@
-"""Frames that no map can take: too far from the origin for single precision, or smaller than a tile of the image."""
+"""Refuses frames that cannot be mapped: too far from the origin for single precision, or smaller than a tile of the image."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -10,13 +10,13 @@ from hrcjax.lab.errors import UsageError
 from hrcjax.map.view import TILE
 
 SHARE = 20
-"""A step of single precision is not more than the spacing over this [1]."""
+"""The resolution of single precision must be at most the spacing divided by this [1]."""
 MANTISSA = 24
 """Bits of a number in single precision."""
 
 
 def farthest_coordinate(spacing: float) -> float:
-    """Up to here single precision tells places well enough apart, [m].
+    """Largest coordinate at which single precision resolves the spacing well enough [m].
 
     Args:
         spacing: edge of a voxel [m].
@@ -25,10 +25,10 @@ def farthest_coordinate(spacing: float) -> float:
 
 
 def check_near_origin(what: str, coordinates: np.ndarray, spacing: float) -> None:
-    """Refuses coordinates [m] that single precision does not tell apart well enough for a spacing [m].
+    """Refuses coordinates [m] at which single precision does not resolve a spacing [m].
 
     Args:
-        what: whose they are, in words.
+        what: what they belong to, for the message.
 
     Raises:
         UsageError: one is too large.
@@ -42,7 +42,7 @@ def check_near_origin(what: str, coordinates: np.ndarray, spacing: float) -> Non
 
 
 def check_frame(frame: InputFrame, spacing: float) -> None:
-    """Refuses a frame that makes no map.
+    """Refuses a frame that cannot be mapped.
 
     Raises:
         UsageError: its sensor or a point of its cloud is too far from the origin; its image is smaller than a tile.
@@ -58,7 +58,7 @@ def check_frame(frame: InputFrame, spacing: float) -> None:
 
 
 def checked(frames: Iterable[InputFrame], spacing: float) -> Iterator[InputFrame]:
-    """The frames, as long as a map can take them.
+    """The frames, each checked by `check_frame`.
 
     Raises:
         UsageError: as `check_frame`.

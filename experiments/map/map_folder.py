@@ -1,4 +1,4 @@
-"""The folder of a map: what is written there, and what may be replaced."""
+"""The output folder of a map: its files, and which of them may be replaced."""
 
 from pathlib import Path
 
@@ -13,28 +13,28 @@ OWN = (MAP, POINTS, STATISTICS, *FIGURES)
 
 
 def default_folder(recording: Path) -> Path:
-    """The folder for a recording, beside other runs."""
+    """Default folder for a recording."""
     path = recording.resolve()
     return Path("runs") / folder_name(f"map-{path.stem if path.is_file() else path.name}")
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
-    """Refuses a folder that cannot be written, or in which results would replace others.
+    """Refuses a folder that cannot be written, or in which results would be overwritten.
 
     Raises:
-        UsageError: a map is there and may not be replaced; other files are there and no map; it takes no file.
+        UsageError: the folder holds a map and `overwrite` is not set; it holds other files and no map; it is not writable.
     """
     check_writable(folder, "--output")
     own = own_files(folder, OWN, (), "map", "--output")
     if own and not overwrite:
-        raise UsageError(f"{folder} holds a map ({own[0]}): give another --output, or --overwrite to replace it")
+        raise UsageError(f"{folder} already holds a map ({own[0]}): choose another --output, or --overwrite")
 
 
 def prepare_folder(folder: Path) -> None:
-    """Makes the folder, or removes from it the results of an earlier run, and nothing else.
+    """Creates the folder, or removes the results of an earlier run from it, and no other files.
 
     Raises:
-        StorageError: it cannot be made or written.
+        StorageError: it cannot be created or written.
     """
     with storage_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)

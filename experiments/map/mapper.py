@@ -24,29 +24,29 @@ from hrcjax.map import (
 from hrcjax.sense import Camera
 
 from .clouds import gap_of, look_from_afar, looks_at, places_for
-from .left_out import LeftOut
+from .exclusions import Exclusions
 from .programs import Programs
 
 COUNTS = tuple(field.name for field in dataclasses.fields(FrameReport))
-"""What is known of a frame, by name."""
+"""Names of the counts of a frame."""
 LAST = ("points", "blocks", "waiting")
-"""Those that tell a state: of several looks at one frame the last holds. Of the others it is the sum."""
+"""Counts that describe the map's state: of the views of one cloud the last value is kept; the others are summed."""
 ANY_SPEED = 1e9
-"""A limit that no camera reaches [m/s], [rad/s]."""
+"""No limit [m/s], [rad/s]."""
 Pose = tuple[jax.Array, jax.Array]  # rotation (3, 3), position (3,) [m]
 
 
 @dataclass(frozen=True)
 class Taken:
-    """What became of one frame."""
+    """Result of one frame."""
 
     stamp: float
-    """Since the first frame [s]."""
+    """Time since the first frame [s]."""
     camera: str
     refused: str
-    """Why it changed nothing; "": it was used."""
+    """Why the frame was refused; "": it was used."""
     seconds: float
-    """From its arrays to the updated map, without compilation [s]."""
+    """Time from the frame's arrays to the updated map, without compilation [s]."""
     counts: dict[str, int]
     """The fields of `FrameReport`."""
 
@@ -56,7 +56,7 @@ def _single(value: float | np.floating) -> jax.Array:
 
 
 class Mapper:
-    """Takes frames into a map. One stream for each camera; all of them see the same map."""
+    """Fuses frames into a map. Each camera has its own stream state; all share the map."""
 
     def __init__(
         self,
@@ -64,30 +64,30 @@ class Mapper:
         params: MapParams,
         limits: StreamParams,
         state: FieldMap | None = None,
-        left_out: LeftOut | None = None,
+        exclusions: Exclusions | None = None,
     ) -> None:
         self.layout = layout
-        self.left_out = left_out or LeftOut()
-        self.programs = Programs(layout, self.left_out)
+        self.exclusions = exclusions or Exclusions()
+        self.programs = Programs(layout, self.exclusions)
         self.params = jax.tree.map(_single, FrameParams(params, limits))
         self.untimed = dataclasses.replace(self.params, stream=jax.tree.map(_single, without_speeds(limits)))
-        """For frames whose stamps were not recorded."""
+        """Parameters for frames without recorded stamps."""
         self.state = empty_map(layout) if state is None else state
         self.streams: dict[str, StreamState] = {}
         self.first: float | None = None
         self.clouds: dict[str, tuple[int, float]] = {}
-        """Places and gap of each camera's clouds."""
+        """Capacity and point spacing of each camera's clouds."""
 
     def take(self, frame: InputFrame, known: bool = True, through: bool = True) -> Taken:
-        """Takes one frame.
+        """Fuses one frame.
 
         Args:
-            known: False: where the sensor of the cloud stood is not known; its points count, however far.
-            through: False: nothing is seen through by the cloud.
+            known: whether the sensor position of the cloud is known; if not, there is no depth range.
+            through: whether the cloud carves free space.
         """
         if self.first is None and np.isfinite(frame.stamp):
             self.first = frame.stamp
-        # in double precision: single has no place for a clock's seconds
+        # in double precision: single does not resolve a clock's seconds
         stamp = float(frame.stamp - (self.first or 0.0))
         begin, compiling = time.perf_counter(), self.programs.seconds
         if frame.depth is not None:
@@ -98,10 +98,10 @@ class Mapper:
         return Taken(stamp, frame.camera, describe_frame(reasons) if reasons else "", seconds, counts)
 
     def _known_of(self, frame: InputFrame) -> tuple[FrameParams, StreamState, Pose, jax.Array | None]:
-        """Parameters, stream, pose and robot of a frame."""
+        """Parameters, stream state, pose and joint positions for a frame."""
         pose = jnp.asarray(frame.rotation, jnp.float32), jnp.asarray(frame.position, jnp.float32)
         stream = self.streams.get(frame.camera) or initial_stream()
-        return self.params if frame.timed else self.untimed, stream, pose, self.left_out.q_at(frame.stamp)
+        return self.params if frame.timed else self.untimed, stream, pose, self.exclusions.q_at(frame.stamp)
 
     def _take_image(self, frame: InputFrame, stamp: float) -> tuple[int, dict[str, int]]:
         assert frame.intrinsics is not None
@@ -144,17 +144,17 @@ class Mapper:
         return 0, _counts(reports)
 
     def settle(self) -> None:
-        """Fits the blocks that wait."""
+        """Refits all blocks whose weights are out of date."""
         self.state = self.programs.settle(self.state, self.params.map)
 
 
 def without_speeds(limits: StreamParams) -> StreamParams:
-    """The limits of frames whose stamps were not recorded: no speed follows from them."""
+    """The limits for frames without recorded stamps: speeds are not checked."""
     return dataclasses.replace(limits, top_speed=ANY_SPEED, top_turn=ANY_SPEED)
 
 
 def _counts(reports: list[FrameReport]) -> dict[str, int]:
-    """The numbers of a frame, from its looks."""
+    """The counts of a frame, from the reports of its views."""
     counts = {}
     for name in COUNTS:
         values = [int(getattr(report, name)) for report in reports]

@@ -1,14 +1,14 @@
-"""Lines about frames that are not used: a few of each reason, the others are counted."""
+"""Messages about frames that are not used: the first few of each reason, further ones are counted."""
 
 from collections import Counter
 from collections.abc import Callable
 
 EACH, MOST = 3, 20
-"""Lines for one reason, and in all."""
+"""Largest number of messages for one reason, and in total."""
 
 
 class Notices:
-    """Says why frames are not used."""
+    """Reports why frames are not used."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self.say = say
@@ -16,10 +16,10 @@ class Notices:
         self.said = 0
 
     def add(self, frame: str, reason: str) -> None:
-        """Notes one frame.
+        """Records one frame.
 
         Args:
-            frame: which one, in words.
+            frame: its name in the message.
             reason: the same text for the same reason.
         """
         self.reasons[reason] += 1
@@ -31,10 +31,10 @@ class Notices:
         self.say(f"{frame}: {reason}{more}")
 
     def add_line(self, text: str) -> None:
-        """Notes a line "frame: reason"."""
+        """Records a line "frame: reason"."""
         frame, _, reason = text.partition(": ")
         self.add(frame, reason or "not usable")
 
     def text(self) -> str:
-        """How often each reason was, most frequent first."""
+        """Counts of the reasons, most frequent first."""
         return "; ".join(f"{times} x {reason}" for reason, times in self.reasons.most_common(6))

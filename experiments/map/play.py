@@ -1,4 +1,4 @@
-"""Takes the frames of a recording into a map, one after the other, and notes what becomes of them."""
+"""Fuses the frames of a recording one after the other and collects their results."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -19,28 +19,28 @@ from .mapper import Mapper, Taken
 from .notices import Notices
 
 UNKNOWN_SENSOR = (
-    "where the sensor of these clouds stood is not known: all their points count, and none makes free what lies before it; "
-    "--origin X Y Z says it"
+    "the sensor position of these clouds is unknown: points at any distance are used, and no free space is carved; "
+    "give it by --origin X Y Z"
 )
 
 
 @dataclass(eq=False)
 class Played:
-    """The frames that were taken, and why the taking ended."""
+    """The frames that were used, and how the loop ended."""
 
     frames: list[Taken] = field(default_factory=list)
     reading: list[float] = field(default_factory=list)
-    """Time each took to be read [s]."""
+    """Time to read each frame [s]."""
     not_read: dict[str, int] = field(default_factory=dict)
-    """How often each reason was for which the reader left frames out."""
+    """Reason -> number of frames that the reader skipped."""
     warnings: list[str] = field(default_factory=list)
-    """What the frames say against the poses, the camera or the robot."""
+    """Inconsistencies between the frames and the poses, camera or robot."""
     interrupted: bool = False
     broken: UsageError | None = None
 
 
 def sensor_known(config: MapConfig, source: InputSource) -> Callable[[InputFrame], bool]:
-    """Whether the place of a frame's sensor is known: PLY and NPZ files that do not say it stand at the origin."""
+    """Whether the sensor position of a frame is known: PLY and NPZ files without one have the identity pose."""
 
     def known(frame: InputFrame) -> bool:
         if frame.depth is not None or source.kind != "point clouds" or config.see_through == "always":
@@ -59,18 +59,18 @@ def play(
     count: int | None,
     wish: Wish,
 ) -> Played:
-    """Takes frames until there are no more, a file is broken, or it is wished to stop.
+    """Fuses frames until the recording ends, a file is broken, or a stop is requested.
 
     Args:
-        source: whose frames they are; it knows which ones were skipped.
-        count: of the frames; None: not known.
+        source: of the frames; it lists those that were skipped.
+        count: number of frames; None: not known.
     """
     played, known = Played(), sensor_known(config, source)
     agreement = Agreement()
-    body = BodyCheck(mapper.left_out) if mapper.left_out.joints is not None else None
+    body = BodyCheck(mapper.exclusions) if mapper.exclusions.joints is not None else None
     warned, heard = False, 0
     with Progress(count, unit="frame") as bar:
-        refused, left_out = Notices(bar.say), Notices(bar.say)
+        refused, not_read = Notices(bar.say), Notices(bar.say)
         while not wish.stop:
             begin = time.perf_counter()
             try:
@@ -78,7 +78,7 @@ def play(
             except UsageError as error:
                 played.broken, frame = error, None
             for line in source.skipped[heard:]:
-                left_out.add_line(line)
+                not_read.add_line(line)
             heard = len(source.skipped)
             if frame is None:
                 break
@@ -96,6 +96,6 @@ def play(
                 body.add(frame)
             bar.advance(note=f"{taken.counts['blocks']} blocks, {1e3 * taken.seconds:.0f} ms")
     played.interrupted = wish.stop
-    played.not_read = dict(left_out.reasons)
+    played.not_read = dict(not_read.reasons)
     played.warnings = [line for line in (agreement.line(), body.line() if body is not None else "") if line]
     return played

@@ -1,4 +1,4 @@
-"""The compiled programs of the map: one for each size of image, and of cloud."""
+"""The compiled programs of the map: one for each image size and cloud capacity."""
 
 import time
 from collections.abc import Callable, Hashable
@@ -22,24 +22,24 @@ from hrcjax.map import (
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Vector3
 
-from .left_out import LeftOut
+from .exclusions import Exclusions
 
 
 class Programs:
-    """Functions of arrays alone, compiled when they are first asked for."""
+    """Functions of arrays, compiled at their first call."""
 
-    def __init__(self, layout: MapLayout, left_out: LeftOut | None = None) -> None:
-        self.layout, self.left_out = layout, left_out or LeftOut()
+    def __init__(self, layout: MapLayout, exclusions: Exclusions | None = None) -> None:
+        self.layout, self.exclusions = layout, exclusions or Exclusions()
         self.compiled: dict[Hashable, Any] = {}
         self.seconds = 0.0
-        """Time spent on compiling [s]."""
+        """Total compile time [s]."""
 
     def run(self, key: Hashable, function: Callable[..., Any], *args: Any, donate: tuple[int, ...] = ()) -> Any:
-        """The function's results; waits for them.
+        """The function's results, when they are ready.
 
         Args:
-            key: names function and shapes.
-            donate: positions of arguments that are not used again.
+            key: identifies function and shapes.
+            donate: positions of arguments whose memory is reused.
         """
         if key not in self.compiled:
             begin = time.perf_counter()
@@ -57,16 +57,16 @@ class Programs:
         depth: Float[Array, "height width"],
         q: Joints | None = None,
     ) -> tuple[FieldMap, StreamState, FrameReport, Int[Array, ""]]:
-        """A depth image into the map: `take_frame`.
+        """Fuses a depth image: `take_frame`.
 
         Args:
-            q: joints of the robot [rad]; None: it is not in the picture.
+            q: joint positions of the robot [rad]; None: no robot in view.
         """
 
         def image(state: FieldMap, stream: StreamState, params: FrameParams, *frame: Any) -> Any:
             *seen, q = frame
             return take_frame(
-                self.layout, params, state, stream, *seen, body=self.left_out.body_at(q), box=self.left_out.box
+                self.layout, params, state, stream, *seen, body=self.exclusions.body_at(q), box=self.exclusions.box
             )
 
         return self.run(("image", depth.shape), image, state, stream, params, stamp, camera, depth, q, donate=(0,))
@@ -80,11 +80,11 @@ class Programs:
         position: Vector3,
         q: Joints | None = None,
     ) -> tuple[StreamState, Int[Array, ""]]:
-        """Whether a cloud is to be believed: `admit_cloud`."""
+        """Plausibility check of a cloud: `admit_cloud`."""
 
         def admitted(limits: StreamParams, stream: StreamState, *frame: Any) -> Any:
             *pose, q = frame
-            return admit_cloud(limits, stream, *pose, body=self.left_out.body_at(q))
+            return admit_cloud(limits, stream, *pose, body=self.exclusions.body_at(q))
 
         return self.run("admit", admitted, limits, stream, stamp, rotation, position, q)
 
@@ -101,11 +101,11 @@ class Programs:
         tiles: int,
         q: Joints | None = None,
     ) -> tuple[FieldMap, FrameReport]:
-        """One look at a cloud into the map: `take_cloud`."""
+        """Fuses one view of a cloud: `take_cloud`."""
 
         def look(state: FieldMap, params: FrameParams, *frame: Any) -> Any:
             rotation, position, cloud, mask, gap, through, q = frame
-            body, box = self.left_out.body_at(q), self.left_out.box
+            body, box = self.exclusions.body_at(q), self.exclusions.box
             return take_cloud(
                 self.layout, params, state, rotation, position, cloud, mask, gap, through, tiles, body, box
             )
@@ -114,7 +114,7 @@ class Programs:
         return self.run(("cloud", cloud.shape, tiles), look, state, params, *seen, q, donate=(0,))
 
     def settle(self, state: FieldMap, params: MapParams) -> FieldMap:
-        """The map with all weights fitted."""
+        """The map with all weights up to date."""
 
         def settled(state: FieldMap, params: MapParams) -> FieldMap:
             return settle(self.layout, params, state)

@@ -1,4 +1,4 @@
-"""Writes what a run has made into its folder."""
+"""Writes the results of a run."""
 
 import json
 from functools import partial

@@ -1,4 +1,4 @@
-"""One run: the recording, frame by frame, into a map, and everything that is written of it."""
+"""One run: fuses the frames of a recording and writes the results."""
 
 import itertools
 import json
@@ -19,10 +19,10 @@ from hrcjax.map import FieldMap, MapLayout, MapParams, StreamParams
 
 from .choices import beyond_neighbours, check, check_slices, choose_layout, choose_params, recording
 from .config import MapConfig
+from .exclusions import Exclusions, check_overlap, exclusions_of
 from .first_look import check_first
 from .fit_box import fit_layout
 from .frame_check import checked
-from .left_out import LeftOut, check_overlap, left_out_of
 from .map_folder import check_folder, default_folder, prepare_folder
 from .mapper import Mapper
 from .play import Played, play, sensor_known
@@ -32,7 +32,7 @@ from .statistics import statistics
 from .summary_text import mostly_refused, nothing_taken, summary_text
 
 MOSTLY_REFUSED = 3
-"""Exit status of a run that is done, but left most frames out."""
+"""Exit status of a run that is done, but refused most frames."""
 
 
 def _say(text: str) -> None:
@@ -41,44 +41,44 @@ def _say(text: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What is decided before the first frame is taken."""
+    """What is decided before the first frame is fused."""
 
     config: MapConfig
     folder: Path
     source: InputSource
-    left_out: LeftOut
+    exclusions: Exclusions
     layout: MapLayout
     params: MapParams
     limits: StreamParams
     state: FieldMap | None
-    """Of the map that is gone on from; None: begin with an empty one."""
+    """The map to continue from; None: start with an empty one."""
 
     def frames(self) -> Iterator[InputFrame]:
-        """The frames that are to be taken.
+        """The selected frames.
 
         Raises:
-            UsageError: a broken file, a frame that no map can take.
+            UsageError: a broken file, a frame that cannot be mapped.
         """
         return chosen_frames(self.config, self.source, self.layout.spacing)
 
 
 def chosen_frames(config: MapConfig, source: InputSource, spacing: float) -> Iterator[InputFrame]:
-    """The frames that the options choose, as long as a map of a spacing [m] can take them."""
+    """The frames that the options select, checked for a spacing [m]."""
     return checked(selected(source, config.start, config.every, config.frames), spacing)
 
 
 def run(config: MapConfig) -> int:
-    """Maps a recording; returns the exit status: 0; 3 if most frames were refused; 128 and the number of the signal that
-    interrupted it, so 130 for Ctrl-C.
+    """Maps a recording; returns the exit status: 0; 3 if most frames were refused; after a signal 128 plus its number, such as
+    130 for Ctrl-C.
 
     Raises:
-        UsageError: wrong options, a recording that cannot be read, a folder that cannot be written to, nothing to take.
+        UsageError: invalid options, an unreadable recording, a folder that is not writable, no data for the map.
         StorageError: results could not be written.
     """
     begin = time.monotonic()
     with stop_on_interrupt() as wish:
         job = prepare(config, wish)
-        mapper = Mapper(job.layout, job.params, job.limits, job.state, job.left_out)
+        mapper = Mapper(job.layout, job.params, job.limits, job.state, job.exclusions)
         count = count_selected(job.source.length, config.start, config.every, config.frames)
         played = play(mapper, job.source, config, job.frames(), count, wish)
         if not played.frames:
@@ -94,7 +94,7 @@ def run(config: MapConfig) -> int:
 
 
 def prepare(config: MapConfig, wish: Wish) -> Job:
-    """Opens the recording, refuses what cannot be meant, says what is assumed, and chooses box and sizes.
+    """Opens the recording, checks the options, reports assumptions, and chooses box and sizes.
 
     Raises:
         UsageError: as `run`.
@@ -102,10 +102,10 @@ def prepare(config: MapConfig, wish: Wish) -> Job:
     check(config)
     assert config.input is not None
     folder = config.output or default_folder(config.input)
-    left_out = left_out_of(config)
+    exclusions = exclusions_of(config)
     source = recording(config)
-    if left_out.joints is not None:
-        source = with_joints(source, left_out.joints)
+    if exclusions.joints is not None:
+        source = with_joints(source, exclusions.joints)
     check_folder(folder, config.overwrite)
     layout, params, state = None, MapParams(), None
     if config.continue_from is not None:
@@ -124,29 +124,29 @@ def prepare(config: MapConfig, wish: Wish) -> Job:
     if layout is None and config.fit:
         looked_at = itertools.takewhile(lambda _: not wish.stop, chosen_frames(config, source, spacing))
         known = sensor_known(config, source)
-        layout, params = fit_layout(config, looked_at, params, known, _say, left_out.box)
+        layout, params = fit_layout(config, looked_at, params, known, _say, exclusions.box)
     if layout is None:
         layout = choose_layout(config, clouds=head is not None and head.cloud is not None)
     check_slices(config.slice_at, layout)
-    check_overlap(left_out.box, layout)
-    return Job(config, folder, source, left_out, layout, params, limits, state)
+    check_overlap(exclusions.box, layout)
+    return Job(config, folder, source, exclusions, layout, params, limits, state)
 
 
 def _without_frames(config: MapConfig, played: Played, wish: Wish) -> int:
-    """The exit status of a run without a single frame, of which nothing is written."""
+    """The exit status of a run without any frame, which writes nothing."""
     if played.broken is not None:
         raise played.broken
     if wish.stop:
-        _say("stopped before the first frame; nothing is written")
+        _say("stopped before the first frame; no files are written")
         return wish.status
     reasons = "; ".join(f"{times} x {reason}" for reason, times in played.not_read.items())
     raise UsageError(
-        f"{config.input}: no frame was taken{f' ({reasons})' if reasons else ''}; choose others by --start, --every, --frames"
+        f"{config.input}: no frame was used{f' ({reasons})' if reasons else ''}; select others by --start, --every, --frames"
     )
 
 
 def _statistics(job: Job, mapper: Mapper, played: Played) -> dict[str, Any]:
-    """The statistics of a run, with what was given, assumed and noticed."""
+    """The statistics of a run, with its options, assumptions and warnings."""
     config = job.config
     about: dict[str, Any] = {
         "input": str(config.input),
@@ -198,12 +198,14 @@ def _status(job: Job, played: Played, found: dict[str, Any], wish: Wish) -> int:
     """The exit status of a run whose results are written.
 
     Raises:
-        UsageError: the recording broke off.
+        UsageError: the recording ended with a broken file.
     """
     if played.broken is not None:
-        raise UsageError(f"after {len(played.frames)} frames, which are kept: {one_line(played.broken)}")
+        raise UsageError(
+            f"broken after {len(played.frames)} frames, whose results are written: {one_line(played.broken)}"
+        )
     if wish.stop:
         after = job.config.start + len(played.frames) * job.config.every
-        _say(f"stopped; go on with --continue-from {job.folder / 'map.npz'} --start {after}")
+        _say(f"stopped; continue with --continue-from {job.folder / 'map.npz'} --start {after}")
         return wish.status
     return MOSTLY_REFUSED if mostly_refused(found) else 0

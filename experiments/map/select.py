@@ -1,4 +1,4 @@
-"""Which frames of a recording are taken."""
+"""Selection of the frames of a recording."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,7 +6,7 @@ from hrcjax.io.recordings.frame import InputFrame
 
 
 def selected(frames: Iterable[InputFrame], start: int, every: int, most: int | None) -> Iterator[InputFrame]:
-    """Every n-th frame from `start`, at most so many."""
+    """Every n-th frame from `start`, at most `most`."""
     taken = 0
     for number, frame in enumerate(frames):
         if most is not None and taken >= most:
@@ -17,7 +17,7 @@ def selected(frames: Iterable[InputFrame], start: int, every: int, most: int | N
 
 
 def count_selected(length: int | None, start: int, every: int, most: int | None) -> int | None:
-    """How many these are; None if not known."""
+    """Number of selected frames; None if not known."""
     if length is None:
         return most
     count = max(0, -(-(length - start) // every))

@@ -1,4 +1,4 @@
-"""The distance field of a map on three planes."""
+"""Slices of a map's distance field on three planes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,15 +14,15 @@ from hrcjax.viz import FieldSlice
 CELLS, ARROWS = 110, 18
 """Cells and arrows along the longer edge of a slice."""
 MARGIN = 0.3
-"""Of a slice about the points [m]."""
+"""Margin of a slice around the points [m]."""
 BATCH = 1024
-"""Queries that are read together."""
+"""Queries evaluated together."""
 PLANES = ((2, 0, 1), (1, 0, 2), (0, 1, 2))
-"""Axis across, to the right and up: one horizontal slice, two upright ones."""
+"""Normal axis, axis to the right, axis up: one horizontal slice, two vertical ones."""
 
 
 def middle_of(points: np.ndarray) -> np.ndarray:
-    """Middle of the box about all but the outermost points, (3,) [m]."""
+    """Centre of the bounding box without the outermost 2 % of the points, (3,) [m]."""
     low, high = (np.quantile(points, q, axis=0) for q in (0.02, 0.98))
     return (low + high) / 2
 
@@ -30,11 +30,11 @@ def middle_of(points: np.ndarray) -> np.ndarray:
 def make_slices(
     layout: MapLayout, params: MapParams, state: FieldMap, at: Any = None, bound: bool = False
 ) -> list[FieldSlice]:
-    """Slices of the corrected distance, with arrows of its gradient.
+    """Slices of the distance, corrected for curvature, with arrows of its gradient.
 
     Args:
-        at: a point of all three planes (3,) [m]; None: the middle of the points.
-        bound: of the lower bound instead, without arrows.
+        at: common point of the three planes (3,) [m]; None: the centre of the points.
+        bound: draw the lower bound instead, without arrows.
     """
     points, _ = labelled_points(state)
     box = points if len(points) else np.asarray([layout.lower], float)
@@ -78,7 +78,7 @@ def make_slices(
 
 
 def _in_parts(function: Callable[[Any], Any], places: np.ndarray, state: FieldMap) -> np.ndarray:
-    """The function at many places (n, 3), in batches of one size, so that it is compiled once."""
+    """The function at many points (n, 3), in batches of one size, so that it is compiled once."""
     padded = np.concatenate([places, np.repeat(places[-1:], -len(places) % BATCH, axis=0)])
     dtype = state.information.dtype
     parts = [np.asarray(function(jnp.asarray(part, dtype))) for part in padded.reshape(-1, BATCH, 3)]

@@ -1,4 +1,4 @@
-"""What a run did, as JSON values: one number of everything for each frame, and totals."""
+"""Statistics of a run as JSON values: counts of each frame, and totals."""
 
 import dataclasses
 from collections import Counter
@@ -30,10 +30,10 @@ def statistics(
     """The statistics of a run.
 
     Args:
-        frames: what became of each.
-        reading: time each took to be read [s].
-        not_read: how often each reason was for which the reader left frames out.
-        about: what else to keep.
+        frames: result of each.
+        reading: time to read each frame [s].
+        not_read: reason -> number of frames that the reader skipped.
+        about: further entries.
     """
     used = [frame for frame in frames if not frame.refused]
     ms = 1e3 * np.array([frame.seconds for frame in used])

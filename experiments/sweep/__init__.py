@@ -1,2 +1,2 @@
-"""The whole system for many settings of its parameters: options in `config`, one run in `run`, figures in
+"""Runs the whole system for many settings of its parameters: options in `config`, one run in `run`, figures in
 `hrcjax.sweeps.figures`."""

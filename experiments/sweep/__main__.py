@@ -1,4 +1,4 @@
-"""`python -m experiments.sweep`: the whole system for many settings of its parameters."""
+"""`python -m experiments.sweep`: runs the whole system for many settings of its parameters."""
 
 import sys
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What can be set on the command line of the sweep."""
+"""Command-line options of the sweep."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,37 +8,37 @@ from typing import Literal
 from hrcjax.lab.configs import config_name, read_config
 from hrcjax.lab.options import parse_options
 
-DESCRIPTION = """Run the whole system for many settings of its parameters, and keep all results in one labelled file.
+DESCRIPTION = """Run the whole system for many settings of its parameters and store all results in one labelled file.
 
 By default: 16 x 16 x 8 settings of K_att, K_rep and zeta in the paper's scene with a person who reaches in.
-Killed at any moment, the same command resumes and ends with the same numbers.
+An interrupted run is resumed by the same command and gives the same results.
 
 Examples:
 
-  Does it work? 32 settings:
+  A quick test with 32 settings:
     python -m experiments.sweep --quick
 
   The paper's sweep, but with a recorded person in cluttered scenes of three seeds:
     python -m experiments.sweep --scene clutter --person path/to/motion.bvh --seed 0 1 2
 
   Your own policy, planner, field, monitor or arm, from my_cell.py in this folder:
-    python -m experiments.sweep --cell my_cell:build --grid policy.gain=lin:0.5:4:8
+    python -m experiments.sweep --cell my_cell:build --grid policy.stiffness=lin:10:80:8
 
-  Other parameters: 256 Sobol samples of a length-scale and of a gain of the motion policy:
+  Other parameters: 256 Sobol samples of the field's length scale and a gain of the motion policy:
     python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
 
---list shows all parameters; a name's last part is enough where only one parameter ends so. Capitals matter where an alias
-(K_rep) and another parameter (policy.collision.k_rep) would be the same without; results use the names in small letters.
+--list shows all parameters. The last part of a name is enough if it is unique. Names are case-sensitive only where an alias
+(K_rep) would otherwise match another parameter (policy.collision.k_rep); the results use lower-case names.
 
 In a notebook: from hrcjax.sweeps.store import open_run; open_run("runs/...").score_overall.sel(zeta=5)"""
 
 
 @dataclass(frozen=True)
 class SweepConfig:
-    """Run the whole system for many settings of its parameters, and keep all results in one labelled file."""
+    """Run the whole system for many settings of its parameters and store all results in one labelled file."""
 
     config: str = "paper"
-    """Named settings to start from: paper, quick, people, or a TOML file of options. Options given here override them."""
+    """Named settings: paper, quick, people, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
     """The cell: ur5, ur5e, or MODULE:FUNCTION that returns one with a planner, field, policy, monitor or arm of your own."""
     scene: tuple[str, ...] = ("robotica",)
@@ -48,29 +48,29 @@ class SweepConfig:
     seed: tuple[int, ...] = (0,)
     """Seeds of the camera's noise, of the person's variation and of cluttered scenes."""
     grid: tuple[str, ...] = ("K_att=log:0.005:0.1:16", "K_rep=log:1e-6:1e-3:16", "zeta=lin:1.5:5:8")
-    """Axes; they replace the default ones: NAME=lin:LOW:HIGH:COUNT, NAME=log:LOW:HIGH:COUNT or NAME=V1,V2,..."""
+    """Swept parameters, in place of the default ones: NAME=lin:LOW:HIGH:COUNT, NAME=log:LOW:HIGH:COUNT or NAME=V1,V2,..."""
     sobol: int = 0
-    """Number of Sobol samples inside the ranges of --grid; 0: all combinations."""
+    """Number of Sobol samples within the ranges of --grid; 0: full grid."""
     sobol_seed: int = 0
-    """Seed of the scrambling of the Sobol samples."""
+    """Seed of the scrambled Sobol sequence."""
     out: Path | None = None
     """Folder of the run; runs/sweep-SCENE-PERSON-FINGERPRINT if not given, so that the same command resumes."""
     quick: bool = False
     """At most 4 x 4 x 2 settings (or 16 samples)."""
     memory: float = 1000.0
-    """Memory for the settings computed together [MB]. Fixes the size of chunks."""
+    """Memory for a chunk of settings computed together [MB]; determines the chunk size."""
     backend: Literal["folded", "mjx"] | None = None
-    """Dynamics of the arm: the fast folded model, or MuJoCo XLA; the cell's own (folded) if not given."""
+    """Dynamics of the arm: folded (fast), or mjx (MuJoCo XLA); the cell's own (folded) if not given."""
     by: str = ""
-    """Metric that ranks the settings in the table; the score if not given."""
+    """Metric for ranking the settings; the score if not given."""
     best: int = 5
-    """Rows of the table."""
+    """Number of settings in the table of the best ones."""
     figures: bool = True
-    """Draw the figures into the folder at the end."""
+    """Draw figures into the folder at the end."""
     overwrite: bool = False
-    """Discard another run that is in the folder."""
+    """Replace another run in the folder."""
     list: bool = False
-    """Show all parameters that can be swept, and stop."""
+    """List all parameters that can be swept and exit."""
 
 
 def parse(argv: Sequence[str]) -> SweepConfig:

@@ -9,6 +9,7 @@ from typing import Any
 import jax
 
 from hrcjax.io.motions.spec import motion_spec, people_of
+from hrcjax.lab.configs import read_config
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
@@ -28,7 +29,7 @@ from .config import SweepConfig
 
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:
-    """People by name, and recorded ones also by what is in their file."""
+    """People by name; recorded ones also with the digest of their files."""
     people = []
     for name in config.person:
         specs = [motion_spec(one) for one in people_of(name)]
@@ -38,7 +39,7 @@ def _people(config: SweepConfig) -> list[dict[str, str]]:
 
 
 def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
-    """Everything that decides the numbers of a run, as JSON values."""
+    """Everything that determines the results of a run, as JSON values."""
     used = versions()
     return {
         "cell": [config.cell, problem.code],
@@ -94,6 +95,20 @@ def _check(config: SweepConfig) -> None:
         raise UsageError(f"--best {config.best}: accepted is 1 or more")
 
 
+def _check_grid(config: SweepConfig, problem: Sweepable) -> None:
+    """Refuses the grid of the named settings for a cell that lacks its parameters."""
+    if config.grid == read_config(SweepConfig, "sweep", config.config).grid and not problem.aliases.keys() >= {
+        "K_att",
+        "K_rep",
+        "zeta",
+    }:
+        some = next(iter(leaf_names(problem.params)), "NAME")
+        raise UsageError(
+            f"the cell {config.cell} has no K_att, K_rep and zeta, which are swept by default: give --grid, for example "
+            f"--grid {some}=lin:LOW:HIGH:COUNT; --list shows all parameters"
+        )
+
+
 def _default_folder(config: SweepConfig, mark: str) -> Path:
     singles = [one for name in config.person for one in people_of(name)]
     people = [spec.path.stem if (spec := motion_spec(name)) else name for name in singles]
@@ -107,7 +122,7 @@ def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int,
     def read(key: str, name: str) -> Any:
         arrays = store.read(key, only=name)
         if arrays is None or name not in arrays:
-            raise StorageError(f"{key} in {store.folder} was damaged after it was written; run the same command again")
+            raise StorageError(f"{key} in {store.folder} is damaged; run the same command again")
         return arrays[name]
 
     def chunks(world: int, name: str) -> Any:
@@ -129,6 +144,7 @@ def run(config: SweepConfig) -> int:
     by = config.by or problem.rank
     if by not in problem.metrics:
         raise UsageError(f"--by {by}: no such metric; accepted: {', '.join(problem.metrics)}")
+    _check_grid(config, problem)
     settings = make_settings(
         config.grid,
         problem.params,
@@ -180,7 +196,7 @@ def _report(config: SweepConfig, problem: Sweepable, folder: Path, by: str, tall
         better = "lowest" if problem.metrics[by][1] == "low" else "highest"
         over = ", means over all worlds" if len(problem.worlds) > 1 else ""
         none = "" if (results.status == 0).any() else "; all of them failed"
-        print(f"\nBest settings ({better} {by}{over}; failed ones come last{none}):")
+        print(f"\nBest settings ({better} {by}{over}; failed settings last{none}):")
         print(best_table(results, by, config.best))
     total = sum(tally.statuses.values())
     failed = {code: times for code, times in sorted(tally.statuses.items()) if code > 0}

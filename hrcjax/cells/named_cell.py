@@ -1,17 +1,15 @@
-"""A cell with everything a sweep must know of it, and where a cell is found by its name."""
+"""A cell with everything that a sweep needs, and the lookup of cells by name."""
 
-import hashlib
 import importlib
 import math
 import sys
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.parameters import leaf_names
-from hrcjax.lab.provenance import PACKAGE, file_digest
 from hrcjax.sim import Cell, Episode, Params, World
 from hrcjax.sweeps.sweepable import Metric
 from hrcjax.typing import Array
@@ -34,36 +32,36 @@ DOMAINS = {
     "field.noise": (0.0, 1.0),
     "motion.speed": (0.01, 1.5),
 }
-"""Values outside are refused: they mean nothing, or the numbers do not carry them. All others of the built-in parts are not
-negative; those of a part from elsewhere may be any number."""
+"""Accepted ranges of parameters: values outside are meaningless or numerically unstable. All other parameters of the built-in
+parts must not be negative; those of user-defined parts may be any number."""
 
 
 MetricFn = Callable[[Params, Cell, World, Episode], Array]
-"""(params, cell, world, episode) -> one number."""
+"""(params, cell, world, episode) -> scalar."""
 
 
 @dataclass(frozen=True)
 class NamedCell:
-    """A cell with the defaults, domains and metrics that a sweep needs: what `--cell` names."""
+    """A cell with the defaults, domains and metrics that a sweep needs: the value of `--cell`."""
 
     cell: Cell
     params: Params = field(default_factory=Params)
-    """Defaults. `Params(policy=...)` and the like where a part brings numbers of its own: any pytree of floats."""
+    """Defaults. A user-defined part has its own parameters, such as `Params(policy=...)`: any pytree of floats."""
     aliases: Mapping[str, str] = field(default_factory=dict)
-    """Short names of parameters, beside K_att, K_rep, zeta and the like: {"gain": "policy.gain"}."""
+    """Short names of parameters, in addition to K_att, K_rep, zeta and others: {"gain": "policy.gain"}."""
     domains: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Least and greatest accepted value of parameters by dotted name."""
+    """Smallest and largest accepted value of parameters by dotted name."""
     metrics: Mapping[str, tuple[Metric, MetricFn]] = field(default_factory=dict)
-    """Metrics beside the built-in ones."""
+    """Metrics in addition to the built-in ones."""
     files: tuple[str, ...] = ()
-    """Files that decide results beside the code, such as an arm's MJCF: a run resumes only while they stay the same."""
+    """Files other than code that affect results, such as an arm's MJCF; a run resumes only if they are unchanged."""
     identity: str | None = None
-    """What all of this is, in words, where the name says it: allows the traced program to be kept between runs."""
+    """Identifies a built-in cell, so that the traced program can be cached between runs; None: no cache."""
     code: str = ""
-    """Digest of code outside of hrcjax and of `files`."""
+    """Module of a cell that is not built in; a sweep puts the digest of what decides its results in its place."""
 
     def known_aliases(self) -> dict[str, str]:
-        """All short names whose parameter this cell has."""
+        """All short names of parameters of this cell."""
         names = leaf_names(self.params)
         return {alias: name for alias, name in {**ALIASES, **self.aliases}.items() if name in names}
 
@@ -75,45 +73,30 @@ class NamedCell:
 
 
 def find_cell(name: str, built_in: Mapping[str, Callable[[], NamedCell]]) -> NamedCell:
-    """A built-in cell by its name, or what `module:function` returns; modules in the current folder are found.
+    """A built-in cell by name, or the result of `module:function`; modules in the current folder are found.
 
     Raises:
-        UsageError: no such cell, module or function, or it fails or returns something else.
+        UsageError: no such cell, module or function, or the function fails or returns another type.
     """
     if name in built_in:
         return built_in[name]()
     place, colon, function = name.partition(":")
     if not (colon and place and function):
         raise UsageError(f"no cell {name!r}; accepted: {', '.join(built_in)}, or MODULE:FUNCTION")
+    if place.endswith(".py"):
+        raise UsageError(f"--cell {name}: accepted is {place[:-3]}:{function}, without .py")
     if str(Path.cwd()) not in sys.path and "" not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
         module = importlib.import_module(place)
         build = getattr(module, function)
         made = build()
-    except Exception as error:  # somebody else's code may raise anything
-        raise UsageError(f"--cell {name}: {type(error).__name__}: {one_line(error)}") from error
+    except Exception as error:  # user code may raise anything
+        frames = traceback.extract_tb(error.__traceback__)
+        last = next((f for f in reversed(frames) if Path(f.filename).is_relative_to(Path.cwd())), None)
+        where = f" ({Path(last.filename).name}, line {last.lineno})" if last else f"; looked in {Path.cwd()} first"
+        raise UsageError(f"--cell {name}: {type(error).__name__}: {one_line(error)}{where}") from error
     made = NamedCell(made) if isinstance(made, Cell) else made
     if not isinstance(made, NamedCell):
         raise UsageError(f"--cell {name}: returns {type(made).__name__}; accepted: a Cell or a NamedCell")
-    try:
-        return NamedCell(**{**vars(made), "identity": None, "code": _digest(module, made.files)})
-    except OSError as error:
-        raise UsageError(f"--cell {name}: {one_line(error)}") from error
-
-
-def _digest(module: ModuleType, files: tuple[str, ...]) -> str:
-    """SHA-256 over the files, and all modules that lie in the folder of the module's outermost package."""
-    outermost = sys.modules[module.__name__.partition(".")[0]]
-    folder = Path(outermost.__file__ or module.__file__ or ".").resolve().parent
-    files_of_modules = (getattr(m, "__file__", None) for m in list(sys.modules.values()))
-    sources = {Path(file).resolve() for file in files_of_modules if file}
-    own = [
-        p
-        for p in sources
-        if p.is_relative_to(folder) and not p.is_relative_to(PACKAGE) and "site-packages" not in p.parts
-    ]
-    digest = hashlib.sha256()
-    for path in [*sorted(own), *(Path(file) for file in files)]:
-        digest.update(f"{path.name}\0{file_digest(path)}\0".encode())
-    return digest.hexdigest()
+    return NamedCell(**{**vars(made), "identity": None, "code": place})

@@ -1,4 +1,4 @@
-"""The people of a cell by name: made motions, recorded ones, several at once."""
+"""The people of a cell by name: generated or recorded motions, several at once."""
 
 from functools import cache
 
@@ -9,21 +9,21 @@ from hrcjax.io.motions.spec import FORMS, motion_spec, people_of
 from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, together
 
 FASTEST = 8.0
-"""Speed of a joint beyond which a recording jumps: faster than hands are at work [m/s]."""
+"""Largest plausible speed of a joint in a recording; faster is a jump [m/s]."""
 PERSON_RATE = 30.0
-"""Poses a second of a person's record [Hz]."""
+"""Rate of the poses of a person [Hz]."""
 
 
 def make_people(name: str, scene: Scene, seed: int, duration: float, places: int) -> Person:
-    """Everybody in the cell as one record, with capsules for `places` people; those that are not there are absent.
+    """All people in the cell as one `Person`, with capsules for `places` people; unused ones are masked.
 
     Raises:
-        ValueError: no such motion, a file that is missing or broken, more people than places.
+        ValueError: no such motion, a missing or broken file, too many people.
     """
     names = people_of(name)
     if len(names) > places:
         raise ValueError(
-            f"{name}: {len(names)} people in a cell for {places}; accepted: a cell with people={len(names)}"
+            f"{name}: {len(names)} people, the cell has capacity for {places}; accepted: a cell with people={len(names)}"
         )
     names += ["nobody"] * (places - len(names))
     return together([make_person(one, scene, seed + 1000 * k, duration) for k, one in enumerate(names)])
@@ -33,7 +33,7 @@ def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
     """A motion by name, or a recorded one: see `hrcjax.io.motions.spec`.
 
     Raises:
-        ValueError: no such motion, or a file that is missing or broken.
+        ValueError: no such motion, or a missing or broken file.
     """
     if name in MOTIONS:
         return motion_named(name, scene, seed, duration, PERSON_RATE)
@@ -43,7 +43,7 @@ def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
 
 @cache
 def _recording(name: str, duration: float) -> Motion:
-    """What is played of a motion file, read once."""
+    """The part of a motion file that is played, cached."""
     spec = motion_spec(name)
     if spec is None:
         raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or {FORMS}")
@@ -51,7 +51,7 @@ def _recording(name: str, duration: float) -> Motion:
 
 
 def recording_notes(name: str, duration: float) -> list[str]:
-    """What to know of a recorded person: how much of it an episode takes, and where it jumps."""
+    """Notes on a recorded person: the part that an episode plays, and jumps."""
     motion = _recording(name, duration)
     rate, length, notes = motion.rate, motion.length, list(motion.notes)
     if length > duration:

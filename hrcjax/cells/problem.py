@@ -1,4 +1,4 @@
-"""A cell, its scenes and its people as the problem that a sweep runs."""
+"""The problem of a sweep: a cell with its scenes and people."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -8,18 +8,20 @@ from typing import Any
 
 import numpy as np
 
+from hrcjax.cells.check import check_cell
+from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import find_cell
 from hrcjax.cells.people import PERSON_RATE, make_person, recording_notes
-from hrcjax.cells.results import STATUSES, TRACES, evaluate, without_flags
+from hrcjax.cells.results import STATUSES, TRACES, evaluate
 from hrcjax.cells.ur5 import CELLS
-from hrcjax.cells.worlds import ABOUT, about, build_world
+from hrcjax.cells.worlds import DESCRIBED, build_world, describe
 from hrcjax.io.motions.spec import people_of
 from hrcjax.metrics import METRICS
 from hrcjax.sweeps.sweepable import Metric, Sweepable
 from hrcjax.world import MOTIONS, scene_named
 
 BYTES_PER_TICK = 1700
-"""Memory that one tick of one setting takes while it runs, measured [bytes]."""
+"""Memory per tick and setting while a chunk runs, measured [bytes]."""
 
 
 def build_problem(
@@ -29,11 +31,11 @@ def build_problem(
     backend: str | None = None,
     cell_name: str = "ur5",
 ) -> Sweepable:
-    """Everything that the sweep needs.
+    """The problem that the sweep runs.
 
     Args:
-        people: names of motions, BVH files, or several of them joined by "+", who are in the cell at the same time.
-        backend: of the arm's dynamics; None: the cell's own.
+        people: names of motions, BVH files, or several of them joined by "+" for people in the cell at the same time.
+        backend: of the arm's dynamics; None: that of the cell.
         cell_name: a built-in cell, or MODULE:FUNCTION that returns one.
 
     Raises:
@@ -43,6 +45,7 @@ def build_problem(
     cell = named.cell if backend is None else replace(named.cell, backend=backend)
     cell = replace(cell, people=max(cell.people, *(len(people_of(name)) for name in people)))
     named = replace(named, cell=cell)
+    check_cell(named)
     duration = cell.ticks * cell.dt
     frames = round(duration * PERSON_RATE) + 1
     for scene in scenes:
@@ -56,10 +59,10 @@ def build_problem(
     ]
     own = {name: metric for name, (metric, _) in named.metrics.items()}
     return Sweepable(
-        params=without_flags(named.params),
+        params=named.params,
         evaluate=partial(evaluate, named),
         worlds=worlds,
-        metrics={name: Metric(*about) for name, about in METRICS.items()} | own,  # type: ignore[arg-type]
+        metrics={name: Metric(*entry) for name, entry in METRICS.items()} | own,  # type: ignore[arg-type]
         traces=TRACES,
         bytes_per_setting=cell.ticks * BYTES_PER_TICK,
         aliases=named.known_aliases(),
@@ -71,10 +74,10 @@ def build_problem(
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
         identity=named.identity and f"{named.identity} {cell.backend} {cell.people}",
-        code=named.code,
+        code=cell_digest(named),
         open_ended=frozenset({"clearance", "separation"}),
-        describe=about,
-        described=ABOUT,
+        describe=describe,
+        described=DESCRIBED,
         coords={
             "frame": (np.arange(frames) / PERSON_RATE, "s", "time of the person's pose"),
             "time": (np.asarray(cell.times[:: cell.metric_stride]), "s", "time since the start"),

@@ -1,8 +1,7 @@
-"""What a sweep keeps of every setting: metrics, traces and a status."""
+"""The results of a setting that a sweep stores: metrics, traces and a status."""
 
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
@@ -10,7 +9,7 @@ from hrcjax.cells.named_cell import NamedCell
 from hrcjax.lab.field_docs import class_docs, split_unit
 from hrcjax.metrics import METRICS
 from hrcjax.sim import Params, Traces, World, episode, outcome
-from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_READING, NOT_FINITE_TORQUE
 from hrcjax.sweeps.sweepable import NOT_FINITE, Trace
 
 STATUSES = {
@@ -20,12 +19,12 @@ STATUSES = {
     3: "the arm touched the person while it moved",
 }
 
-BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE
-"""Bits of the ticks' status that make a result worthless."""
+BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE | NOT_FINITE_READING
+"""Bits of the tick status that make a result invalid."""
 
 
 def _trace(name: str) -> Trace:
-    """Dims, unit and meaning of a field of `Traces`, from its shape and docstring."""
+    """Dims, unit and description of a field of `Traces`, from its shape annotation and docstring."""
     meaning, unit = split_unit(class_docs(Traces)[name])
     dims = Traces.__annotations__[name].dim_str.split()
     return Trace(tuple("xyz" if dim == "3" else dim for dim in dims), unit, meaning)
@@ -34,18 +33,13 @@ def _trace(name: str) -> Trace:
 TRACES = {name: _trace(name) for name in Traces.__annotations__}
 
 
-def without_flags(params: Params) -> Params:
-    """Parameters without truth values, which are no numbers to sweep."""
-    return eqx.filter(params, lambda leaf: not isinstance(leaf, bool))
-
-
 def evaluate(named: NamedCell, params: Params, world: World) -> dict[str, Any]:
     """Results of a batch of settings in one world.
 
     Args:
-        params: leaves that are swept have a leading axis more than the cell's own; the others are shared by all settings.
+        params: swept leaves have one more leading axis than the cell's own; the others are shared by all settings.
     """
-    cell, defaults = named.cell, without_flags(named.params)
+    cell, defaults = named.cell, named.params
     axes = jax.tree.map(lambda leaf, default: 0 if jnp.ndim(leaf) > jnp.ndim(default) else None, params, defaults)
     field_axes = jax.tree.leaves(axes.field)
     share = all(axis is None for axis in field_axes)

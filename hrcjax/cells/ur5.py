@@ -1,12 +1,12 @@
-"""The cells that come with the project: a UR5, or a UR5e, on its table."""
+"""The built-in cells: a UR5 or a UR5e on its table."""
 
 from hrcjax.cells.named_cell import NamedCell
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sim import Cell
 
 TOOL = (0.12, 0.03)
-"""Length and radius of the tool: with the bare flange at the paper's goal, 5 cm over the table, the forearm would lie in
-the 20 cm column beside it [m]."""
+"""Length and radius of the tool: with the bare flange at the paper's goal, 5 cm above the table, the forearm would
+collide with the 20 cm column beside it [m]."""
 EPISODE = 10.0
 """Length of an episode [s]."""
 

@@ -1,4 +1,4 @@
-"""A world of a cell: a scene with people, sensed once, and what of it is stored for figures."""
+"""A world of a cell: a scene with people, sensed once, and its arrays for figures."""
 
 from typing import Any
 
@@ -11,11 +11,11 @@ from hrcjax.sim import Cell, World, make_world
 from hrcjax.sweeps.sweepable import Trace
 from hrcjax.world import scene_named
 
-ABOUT = {
+DESCRIBED = {
     "obstacle_kind": Trace(("obstacle",), "", "0 sphere, 1 column, 2 box"),
-    "obstacle_center": Trace(("obstacle", "xyz"), "m", "middle of the obstacle"),
+    "obstacle_center": Trace(("obstacle", "xyz"), "m", "centre of the obstacle"),
     "obstacle_size": Trace(("obstacle", "xyz"), "m", "half extents; radius first"),
-    "obstacle_yaw": Trace(("obstacle",), "rad", "turn about the vertical"),
+    "obstacle_yaw": Trace(("obstacle",), "rad", "rotation about the vertical axis"),
     "obstacle_mask": Trace(("obstacle",), "", "1 where an obstacle exists"),
     "start": Trace(("xyz",), "m", "start of the path"),
     "goal": Trace(("xyz",), "m", "goal of the path"),
@@ -23,11 +23,11 @@ ABOUT = {
     "person_b": Trace(("frame", "capsule", "xyz"), "m", "other end"),
     "person_radius": Trace(("capsule",), "m", "radius"),
 }
-"""What is stored of a world, once, for figures."""
+"""Arrays of a world that are stored once, for figures."""
 
 
-def about(world: World) -> dict[str, Any]:
-    """The arrays named in `ABOUT`."""
+def describe(world: World) -> dict[str, Any]:
+    """The arrays of `DESCRIBED`."""
     scene, person = world.scene, world.person
     return {
         "obstacle_kind": scene.kind,
@@ -39,7 +39,7 @@ def about(world: World) -> dict[str, Any]:
         "goal": scene.goal,
         "person_a": person.a,
         "person_b": person.b,
-        "person_radius": person.radius,
+        "person_radius": jnp.where(jnp.any(person.present), person.radius, -1),
     }
 
 

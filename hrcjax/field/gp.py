@@ -10,6 +10,7 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 
 from hrcjax.field.kernel import SQUARED_EXPONENTIAL, Kernel
@@ -63,10 +64,11 @@ def _check(cloud: Cloud) -> None:
         )
     if isinstance(cloud.points, Tracer) or isinstance(cloud.mask, Tracer):
         return
-    bad = int(jnp.sum(cloud.mask & ~jnp.all(jnp.isfinite(cloud.points), axis=-1)))
+    mask = np.asarray(cloud.mask)  # in numpy: under a jit that closes over the cloud, jnp would trace
+    bad = int(np.sum(mask & ~np.isfinite(np.asarray(cloud.points)).all(axis=-1)))
     if bad:
         raise ValueError(
-            f"fit: {bad} of {int(jnp.sum(cloud.mask))} points under the mask are not finite; take them out with "
+            f"fit: {bad} of {int(mask.sum())} points under the mask are not finite; take them out with "
             "`hrcjax.geom.cloud.drop_not_finite`, which counts them"
         )
 

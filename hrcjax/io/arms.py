@@ -17,11 +17,11 @@ def read_arm(path: str | Path, **figures: Any) -> Arm:
     """The arm that an MJCF file describes.
 
     Args:
-        path: of the file; meshes that it names must be there, though the arm's shape comes from its capsules.
-        figures: what MJCF leaves open: see `arm_from_model`.
+        path: of the file; its meshes must exist, although the arm's shape is that of its capsules.
+        figures: data that MJCF does not have: see `arm_from_model`.
 
     Raises:
-        UsageError: no such file, no MJCF, or not one chain of hinges with capsules and a tool.
+        UsageError: no such file, invalid MJCF, or not a serial chain of hinges with capsules and a tool.
     """
     try:
         model = mujoco.MjModel.from_xml_path(str(path))

@@ -13,10 +13,10 @@ def read_bvh(path: str | Path, unit: float = 0.001) -> tuple[np.ndarray, tuple[s
 
     Args:
         path: the file.
-        unit: length of the file's unit in metres; BVH does not say it. Millimetres unless told otherwise.
+        unit: length of the file's unit [m]; BVH does not specify it. Default: millimetres.
 
     Returns:
-        Positions (frame, joint, 3) [m], names, frames a second [Hz].
+        Positions (frame, joint, 3) [m], names, frame rate [Hz].
 
     Raises:
         BvhError: a missing or broken file; one line says what, where, and what is accepted.
@@ -39,6 +39,6 @@ def open_bvh(path: str | Path) -> RecordedJoints:
     except OSError as error:
         raise BvhError(f"motion file {path} cannot be read ({error.strerror}): accepted is {ACCEPTED}") from None
     if b"\0" in data:
-        raise BvhError(f"motion file {path} cannot be read (it is no text): accepted is {ACCEPTED}")
+        raise BvhError(f"motion file {path} cannot be read (not a text file): accepted is {ACCEPTED}")
     lines = [line.strip() for line in data.decode("utf-8-sig", errors="replace").splitlines()]
     return BvhText(path, [(i + 1, line) for i, line in enumerate(lines) if line]).recorded()

@@ -1,4 +1,4 @@
-"""Whether the arrays of a map belong together, as the map itself would have made them."""
+"""Consistency check of the arrays of a map."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,11 +12,11 @@ from hrcjax.map.level import Level
 FRAMES = 1 << 16
 """Frames are counted modulo this."""
 ROUNDING = 1
-"""A compiled program may put the side of a box this many parts of a block beside another one's."""
+"""Tolerance of the sides of a box, for rounding of compiled programs [parts of a block]."""
 
 
 def fault_of_map(layout: MapLayout, state: FieldMap) -> str:
-    """What does not belong together in a map whose arrays have the right shapes and finite numbers; "": nothing.
+    """The first inconsistency of a map whose arrays have the right shapes and finite numbers; "": none.
 
     Args:
         state: with arrays of NumPy or JAX.
@@ -44,7 +44,7 @@ def fault_of_map(layout: MapLayout, state: FieldMap) -> str:
 
 
 def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
-    """What does not belong together in one level, begun with the array's name; "": nothing."""
+    """The first inconsistency of one level, starting with the array's name; "": none."""
     slot, place, rows = (np.asarray(a) for a in (blocks.slot, blocks.place, blocks.rows))
     capacity = len(place)
     if slot.min() < 0 or slot.max() > capacity:
@@ -55,7 +55,7 @@ def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
         return "place lies outside of the box"
     at = tuple(own.T)
     if (slot[at] != used).any() or np.sum(slot < capacity) != len(used):
-        return "slot and place do not name each other"
+        return "slot and place are inconsistent"
     if (rows[:, 3] < 0).any():
         return "rows holds a negative weight"
     free = np.ones(capacity, bool)
@@ -65,13 +65,13 @@ def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
     box, found = (np.asarray(a) for a in boxes_by_place(blocks.index, slot.shape))
     expected = np.asarray(bounding_boxes(layout, level, jnp.asarray(own), jnp.asarray(rows[used])))
     if ((box[at] == NO_BOX) != (expected == NO_BOX)).any() or np.sum(box != NO_BOX) != np.sum(expected != NO_BOX):
-        return "index and rows do not agree on which blocks hold points"
+        return "index and rows are inconsistent about which blocks hold points"
     if (np.abs(_sides(box[at]) - _sides(expected)) > ROUNDING).any() or ((box < NO_BOX) | (box >= 1 << 30)).any():
-        return "index holds a box that is not the one about the points"
+        return "index holds a box that is not the bounding box of the points"
     if (found != np.where(box == NO_BOX, capacity, slot)).any():
-        return "index and slot do not name the same blocks"
+        return "index and slot are inconsistent"
     if (np.asarray(blocks.index.hull) != np.asarray(hull_of(jnp.asarray(blocks.index.octets[..., :OCTET])))).any():
-        return "index holds a hull that is not the one about its boxes"
+        return "index holds a hull that is not the bounding box of its boxes"
     return ""
 
 

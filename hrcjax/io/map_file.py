@@ -1,4 +1,4 @@
-"""A map as one file that can be opened again: an NPZ archive with its layout, its parameters and all its arrays."""
+"""Map files: an NPZ archive with layout, parameters and all arrays of a map."""
 
 import dataclasses
 import json
@@ -30,7 +30,7 @@ def _leaves(state: Any) -> dict[str, Any]:
 
 
 def save_map(path: str | Path, layout: MapLayout, params: MapParams, state: FieldMap) -> None:
-    """Writes a map; the file is whole or what it was before.
+    """Writes a map atomically.
 
     Raises:
         StorageError: it could not be written.
@@ -39,14 +39,14 @@ def save_map(path: str | Path, layout: MapLayout, params: MapParams, state: Fiel
     arrays = {name: np.asarray(leaf) for name, leaf in _leaves(state).items()}
 
     def write(temporary: Path) -> None:
-        with open(temporary, "wb") as file:  # by a file at hand: numpy would add an ending to the name
+        with open(temporary, "wb") as file:  # an open file, as numpy would append a suffix to a name
             np.savez_compressed(file, allow_pickle=False, **{HEADER: np.array(json.dumps(header)), **arrays})
 
     replace_file(Path(path), write)
 
 
 def open_map(path: str | Path) -> tuple[MapLayout, MapParams, FieldMap]:
-    """The map of a file.
+    """Reads a map file.
 
     Raises:
         UsageError: no such file, another kind of file, a damaged one, another version; one line says which.
@@ -85,12 +85,12 @@ def open_map(path: str | Path) -> tuple[MapLayout, MapParams, FieldMap]:
 
 
 def _float(dtype: np.dtype) -> np.dtype:
-    """The type of a map's numbers: that of the file if it is one that numbers can have, else single precision."""
+    """The floating type of a map: that of the file if it is a floating type, else single precision."""
     return dtype if dtype in (np.float32, np.float64) else np.dtype(np.float32)
 
 
 def _read(path: Path) -> tuple[Any, dict[str, np.ndarray]]:
-    """The header, None if there is none, and the other arrays."""
+    """The header, or None, and the other arrays."""
     try:
         if not zipfile.is_zipfile(path):
             if not path.exists():

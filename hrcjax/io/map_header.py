@@ -1,4 +1,4 @@
-"""The header of a map's file: layout and parameters, each number where it belongs."""
+"""The header of a map file: validation of layout and parameters."""
 
 import dataclasses
 import math
@@ -14,7 +14,7 @@ def layout_of(header: dict[str, Any]) -> MapLayout:
     """The layout of a header.
 
     Raises:
-        ValueError: a key too many or too few, a value of another type, a number that is not finite, sizes of no map.
+        ValueError: an unknown or missing key, a value of the wrong type, a number that is not finite, invalid sizes.
     """
     values = _exactly("layout", header.get("layout"), tuple(field.name for field in dataclasses.fields(MapLayout)))
     made: dict[str, Any] = {}
@@ -30,7 +30,7 @@ def layout_of(header: dict[str, Any]) -> MapLayout:
         raise ValueError(f"layout.spacing {made['spacing']:g} is not above 0")
     layout = MapLayout(**made)
     if layout.capacity != made["capacity"]:
-        raise ValueError(f"layout.capacity {made['capacity']} is more than the box has places")
+        raise ValueError(f"layout.capacity {made['capacity']} is more than the blocks of the box")
     return layout
 
 
@@ -38,7 +38,7 @@ def params_of(header: dict[str, Any]) -> MapParams:
     """The parameters of a header.
 
     Raises:
-        ValueError: a key too many or too few, no number, one that is not finite, negative, or 0 where it must not be.
+        ValueError: an unknown or missing key, not a number, a number that is not finite or out of range.
     """
     values = _exactly("params", header.get("params"), tuple(field.name for field in dataclasses.fields(MapParams)))
     made = {name: _number(f"params.{name}", value, float) for name, value in values.items()}
@@ -52,7 +52,7 @@ def check_keys(header: dict[str, Any]) -> None:
     """Refuses a header with other keys.
 
     Raises:
-        ValueError: a key too many or too few.
+        ValueError: an unknown or missing key.
     """
     _exactly("the header", header, KEYS)
 
@@ -67,8 +67,8 @@ def _exactly(what: str, values: Any, names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _number(name: str, value: Any, kind: type) -> Any:
-    """A number of JSON; whole ones are floats too, truth values no numbers."""
+    """A JSON number; integers are accepted as floats, booleans are not."""
     accepted = (int,) if kind is int else (int, float)
     if isinstance(value, bool) or not isinstance(value, accepted) or not math.isfinite(value):
-        raise ValueError(f"{name} {value!r} is no finite {'whole number' if kind is int else 'number'}")
+        raise ValueError(f"{name} {value!r} is not {'an integer' if kind is int else 'a finite number'}")
     return kind(value)

@@ -1,1 +1,1 @@
-"""What all programs share: errors, options, named settings, whole-or-absent files, progress, provenance, parameter names, tables."""
+"""Shared by all programs: errors, options, named settings, atomic file writes, progress, provenance, parameter names, tables."""

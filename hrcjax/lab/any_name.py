@@ -1,23 +1,23 @@
-"""Names of files as text: a file system allows bytes that are no text, and characters that mean something elsewhere."""
+"""File names as printable text: a file system allows bytes that are not valid text, and characters with a special meaning."""
 
 import sys
 import warnings
 
 
 def printable(text: str) -> str:
-    r"""Bytes that are no text (Python carries them as lone surrogates) in the form \xe4; all else as it is."""
+    r"""Bytes that are not valid text (Python's lone surrogates) as \xe4; everything else unchanged."""
     return text.encode(errors="surrogateescape").decode(errors="backslashreplace")
 
 
 def title(text: str) -> str:
-    """A name within the title of a figure, where dollars would begin mathematics."""
+    """A name for the title of a figure, with dollar signs escaped."""
     return printable(text).replace("$", r"\$")
 
 
 def print_any_name() -> None:
-    """Lets stdout and stderr print every text: what their encoding lacks in the form \\xe4 or \\u4e2d.
+    """Lets stdout and stderr print any text: characters outside their encoding as \\xe4 or \\u4e2d.
 
-    Figures show a box for a character that their font lacks; nobody is warned of that.
+    Figures show a box for a character that is missing in their font, without a warning.
     """
     warnings.filterwarnings("ignore", message=r"Glyph \d+ .* missing from")
     for stream in (sys.stdout, sys.stderr):

@@ -1,4 +1,4 @@
-"""Files that are either whole or absent, whenever the process or the machine stops."""
+"""Atomic file writes: a file is complete or absent, also after a crash."""
 
 import contextlib
 import os
@@ -11,7 +11,7 @@ TEMPORARY = ".tmp-"
 
 
 def sync_folder(folder: Path) -> None:
-    """Makes the names in a folder durable."""
+    """Makes the directory entries of a folder durable (fsync)."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -21,21 +21,21 @@ def sync_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def storage_errors(path: Path) -> Iterator[None]:
-    """Turns a failed write into a `StorageError` that names the file and the space left."""
+    """Turns a failed write into a `StorageError` with the file and the free space."""
     try:
         yield
     except StorageError:
         raise
     except (OSError, RuntimeError) as error:  # HDF5 reports a full disk as either
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise StorageError(f"cannot write {path}: {reason}; what was finished before is kept") from error
+        raise StorageError(f"cannot write {path}: {reason}; results finished before are kept") from error
 
 
 def replace_file(path: Path, write: Callable[[Path], None]) -> None:
-    """Lets `write` fill a temporary file beside `path`, makes it durable and gives it its name.
+    """Lets `write` fill a temporary file beside `path`, syncs it and renames it to `path`.
 
     Raises:
-        StorageError: it could not be written; `path` is what it was before.
+        StorageError: it could not be written; `path` is unchanged.
     """
     temporary = path.with_name(f"{TEMPORARY}{os.getpid()}-{path.name}")
     with storage_errors(path):
@@ -52,7 +52,7 @@ def replace_file(path: Path, write: Callable[[Path], None]) -> None:
 
 
 def write_bytes(path: Path, data: bytes | memoryview) -> None:
-    """`replace_file` for bytes at hand."""
+    """`replace_file` with given bytes."""
 
     def write(temporary: Path) -> None:
         with open(temporary, "wb") as file:
@@ -62,7 +62,7 @@ def write_bytes(path: Path, data: bytes | memoryview) -> None:
 
 
 def remove_temporaries(folder: Path) -> None:
-    """Removes what killed writers left behind."""
+    """Removes temporary files of interrupted writers."""
     for leftover in folder.glob(f"{TEMPORARY}*"):
         with contextlib.suppress(OSError):
             leftover.unlink()

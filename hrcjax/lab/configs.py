@@ -14,7 +14,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def configs_folder() -> Path:
-    """The folder of named settings: within the installed package, or beside it in a checkout."""
+    """The folder of named settings: inside the installed package, or beside it in a checkout."""
     installed = _PACKAGE / "configs"
     return installed if installed.is_dir() else _PACKAGE.parent / "configs"
 
@@ -28,7 +28,7 @@ def _find(program: str, name: str) -> Path:
     """The file of named settings, or the user's own file.
 
     Raises:
-        UsageError: neither.
+        UsageError: it does not exist.
     """
     if name.endswith(".toml"):
         if not Path(name).is_file():
@@ -42,18 +42,22 @@ def _find(program: str, name: str) -> Path:
 
 
 def _words(key: str, value: Any) -> list[str]:
-    """One key of a file as words of a command line."""
+    """One key of a file as command-line arguments."""
     option = "--" + key.replace("_", "-")
+    if key in ("config", "help"):
+        raise UsageError(f"{key}: not accepted in a file")
     if isinstance(value, bool):
         return [option if value else f"--no-{option[2:]}"]
     values = value if isinstance(value, list) else [value]
     if not all(isinstance(one, str | int | float) and not isinstance(one, bool) for one in values):
-        raise UsageError(f"{key}: accepted is a text, a number, true, false, or a list of texts or numbers")
+        raise UsageError(f"{key}: accepted is a string, a number, true, false, or a list of strings or numbers")
+    if any(isinstance(one, str) and one.startswith("--") for one in values):
+        raise UsageError(f"{key}: a string that starts with -- is not accepted")
     return [option, *map(str, values)]
 
 
 def read_config(kind: Callable[..., T], program: str, name: str) -> T:
-    """The options that a file of named settings sets, with the defaults of `kind` for the others.
+    """The options set by a file of named settings, with the defaults of `kind` for the others.
 
     Args:
         kind: the dataclass of the program's options.
@@ -61,7 +65,7 @@ def read_config(kind: Callable[..., T], program: str, name: str) -> T:
         name: of the settings, or a path that ends in .toml.
 
     Raises:
-        UsageError: no such settings, no TOML, a key that is no option, or a value of the wrong type.
+        UsageError: no such settings, invalid TOML, an unknown key, or a value of the wrong type.
     """
     path = _find(program, name)
     try:
@@ -76,7 +80,7 @@ def read_config(kind: Callable[..., T], program: str, name: str) -> T:
 
 
 def config_name(argv: Sequence[str], default: str) -> str:
-    """What --config asks for on a command line."""
+    """The value of --config on a command line."""
     name = default
     for i, word in enumerate(argv):
         if word == "--config" and i + 1 < len(argv):

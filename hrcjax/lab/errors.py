@@ -1,4 +1,4 @@
-"""What a program tells its user in one line instead of a traceback."""
+"""Errors that a program reports in one line instead of a traceback."""
 
 import contextlib
 import os
@@ -13,27 +13,27 @@ from hrcjax.lab.any_name import print_any_name
 
 
 class UsageError(ValueError):
-    """A wrong name, value, file or mix of options. The message is one line: what was wrong, what is accepted."""
+    """An invalid name, value, file or combination of options. The message is one line: what is wrong, what is accepted."""
 
 
 class StorageError(OSError):
-    """Results could not be written: a full disk, a missing right. What was finished before is still there."""
+    """Results could not be written: disk full, permission denied. Results finished before are kept."""
 
 
 def one_line(error: BaseException) -> str:
-    """The message of an error without line breaks; the name of its type if it has none."""
+    """The message of an error without line breaks, or the name of its type."""
     return " ".join(str(error).split()) or type(error).__name__
 
 
 class Terminated(KeyboardInterrupt):
-    """The system asked the program to end (SIGTERM): as Ctrl-C, so that what was finished is kept."""
+    """SIGTERM, handled as Ctrl-C, so that finished results are kept."""
 
 
 @contextlib.contextmanager
 def _terminated_as_interrupt() -> Iterator[list[int]]:
-    """SIGTERM becomes `Terminated`, unless somebody had it handled or ignored already; lists the signals that came."""
+    """Raises `Terminated` on SIGTERM, unless a handler is installed already; yields the list of signals received."""
     came: list[int] = []
-    main = threading.current_thread() is threading.main_thread()  # signals come to the main thread alone
+    main = threading.current_thread() is threading.main_thread()  # only the main thread receives signals
     if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield came
         return
@@ -50,7 +50,7 @@ def _terminated_as_interrupt() -> Iterator[list[int]]:
 
 
 def _lacks_platform() -> str:
-    """What is wrong with the kind of device that the environment asks JAX for, in words; "": nothing."""
+    """Error message if the platform in JAX_PLATFORMS is not available; "": it is."""
     asked = os.environ.get("JAX_PLATFORMS", "")
     if asked:
         try:
@@ -58,24 +58,24 @@ def _lacks_platform() -> str:
         except Exception as error:  # an assertion without words, or a runtime error
             said = str(error).split(" (set JAX_PLATFORMS")[0]  # JAX's own advice
             reason = f" ({' '.join(said.split()).rstrip('.')})" if said else ""
-            return f"JAX_PLATFORMS={asked} in the environment: no such device here{reason}; unset it, or set it to cpu"
+            return f"JAX_PLATFORMS={asked} in the environment: not available here{reason}; unset it, or set it to cpu"
     return ""
 
 
 def exit_status(
     program: Callable[[], int],
-    stopped: str = "stopped; the same command resumes where it was",
+    stopped: str = "stopped; the same command resumes the run",
     memory: str = "not enough memory for one chunk of settings; give a smaller --memory",
 ) -> int:
-    """Runs a program; turns what a user can mend into one line on stderr and an exit status that is not 0.
+    """Runs a program; turns errors that a user can fix into one line on stderr and a non-zero exit status.
 
-    0: done. 1: results could not be written. 2: wrong options. 3: done, but some results are not finite.
-    130: stopped from the keyboard. 143: stopped by the system (SIGTERM). 141: nobody reads the output. After --help the status that the parser gives: 0.
+    0: done, or --help. 1: results could not be written. 2: invalid options. 3: done, but some results are not finite.
+    130: Ctrl-C. 143: SIGTERM. 141: the output pipe was closed.
     With HRCJAX_DEBUG=1 in the environment, tracebacks.
 
     Args:
-        stopped: what to say after an interrupt.
-        memory: what to say if there is not enough of it.
+        stopped: message after an interrupt.
+        memory: message if memory is exhausted.
     """
     print_any_name()
     if sys.platform == "win32":
@@ -93,7 +93,7 @@ def exit_status(
         message, status = one_line(error), 2
     except StorageError as error:
         message, status = one_line(error), 1
-    except BrokenPipeError:  # the reader of a pipe had enough; python would complain again at its end
+    except BrokenPipeError:  # the reader closed the pipe; Python would report it again at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except KeyboardInterrupt as stop:

@@ -1,4 +1,4 @@
-"""What the numbers of a pytree of parameters mean: read from the docstrings under their fields."""
+"""Descriptions and units of parameters, read from the docstrings under their fields."""
 
 import ast
 import dataclasses

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a wish to end after this frame: what has been mapped is still written."""
+"""Ctrl-C and SIGTERM as a request to stop after the current frame, so that results are written."""
 
 import contextlib
 import signal
@@ -6,22 +6,22 @@ import threading
 from collections.abc import Iterator
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-"""From the keyboard; from a scheduler or a container that stops."""
+"""Ctrl-C; a scheduler or container that stops the process."""
 
 
 class Wish:
-    """Whether the user, or the machine, has asked to stop."""
+    """Whether a stop was requested."""
 
     stop: bool = False
     status: int = 0
-    """The exit status that tells it: 128 and the signal's number."""
+    """Exit status: 128 plus the signal's number."""
 
 
 @contextlib.contextmanager
 def stop_on_interrupt() -> Iterator[Wish]:
-    """The first signal is remembered, the second one ends the program as usual."""
+    """The first signal sets the request, the second one ends the program as usual."""
     wish = Wish()
-    if threading.current_thread() is not threading.main_thread():  # signals come to the main thread alone
+    if threading.current_thread() is not threading.main_thread():  # only the main thread receives signals
         yield wish
         return
     before = {number: signal.getsignal(number) for number in SIGNALS}

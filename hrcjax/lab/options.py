@@ -1,4 +1,4 @@
-"""Options of a program from its command line, with one line for what is wrong in them."""
+"""Parses command-line options, with errors in one line."""
 
 import contextlib
 import io
@@ -14,17 +14,17 @@ T = TypeVar("T")
 
 
 def _plain(box: str) -> str:
-    """The message inside the box that the parser prints, without its title and its excerpts of the help text."""
+    """The message in the parser's error box, without its title and help excerpts."""
     lines = [line.strip("│╰╯ ") for line in box.strip().splitlines()[1:]]  # the first one is the title
     words = " ".join(" ".join(line for line in lines if line.strip("─-")).split())
     message = words.split(" For full helptext")[0].split(" Argument helptext:")[0]
     message, _, meant = message.partition(" Perhaps you meant:")
     close = [word for word in meant.split() if word.startswith("--")]
-    return (message + (f"; close: {close[0].rstrip(',')}" if close else "")).rstrip(". ") or "wrong options"
+    return (message + (f"; close: {close[0].rstrip(',')}" if close else "")).rstrip(". ") or "invalid options"
 
 
 def parse_options(kind: Callable[..., T], argv: Sequence[str] | None, program: str, **settings: Any) -> T:
-    """What `kind`, a dataclass or a function, makes of the command line.
+    """`kind`, a dataclass or a function, called with the options of the command line.
 
     Raises:
         UsageError: an unknown option, a missing one, or a value of the wrong type.

@@ -12,7 +12,8 @@ import numpy as np
 from hrcjax.lab.errors import UsageError
 
 
-def _path_name(path: Sequence[Any]) -> str:
+def path_name(path: Sequence[Any]) -> str:
+    """The dotted name of a leaf's path in a pytree."""
     return jax.tree_util.keystr(tuple(path), simple=True, separator=".")
 
 
@@ -20,7 +21,7 @@ def leaf_names(params: Any) -> dict[str, float]:
     """Dotted name and default of every leaf that is one real number."""
     leaves, _ = jax.tree_util.tree_flatten_with_path(params)
     return {
-        _path_name(path): float(leaf)
+        path_name(path): float(leaf)
         for path, leaf in leaves
         if not isinstance(leaf, bool | str) and np.ndim(leaf) == 0 and np.isrealobj(leaf)
     }
@@ -30,27 +31,27 @@ def set_leaves(params: Any, values: Mapping[str, Any]) -> Any:
     """A copy of `params` with the named leaves replaced.
 
     Raises:
-        UsageError: a name is no leaf.
+        UsageError: a name is not a leaf.
     """
     unknown = set(values) - set(leaf_names(params))
     if unknown:
         raise UsageError(f"no parameter {sorted(unknown)[0]!r}")
-    return jax.tree_util.tree_map_with_path(lambda path, leaf: values.get(_path_name(path), leaf), params)
+    return jax.tree_util.tree_map_with_path(lambda path, leaf: values.get(path_name(path), leaf), params)
 
 
 def batch_params(params: Any, values: Mapping[str, np.ndarray], dtype: Any = jnp.float32) -> Any:
     """Params whose named leaves have the shape (setting,); the others keep theirs, and are shared by all settings.
 
     Raises:
-        UsageError: a name is no leaf.
+        UsageError: a name is not a leaf.
     """
     columns = {name: np.asarray(column) for name, column in values.items()}
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), set_leaves(params, columns))
 
 
 def resolve(name: str, names: Collection[str], aliases: Mapping[str, str]) -> str:
-    """The dotted name for a dotted name, an alias, or an ending that only one parameter has; capitals matter for
-    aliases alone, where another parameter ends so.
+    """The dotted name for a dotted name, an alias, or a unique ending of one; case-sensitive only where an alias would
+    otherwise match another parameter's ending.
 
     Raises:
         UsageError: unknown or ambiguous; names the closest ones.

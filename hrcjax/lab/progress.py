@@ -1,4 +1,4 @@
-"""How far a run is: a bar with the time left on a terminal, a line now and then elsewhere."""
+"""Progress of a run: a bar with the time left on a terminal, otherwise a line every few seconds."""
 
 import math
 import sys
@@ -11,7 +11,7 @@ from tqdm import tqdm
 
 
 def duration(seconds: float) -> str:
-    """Seconds in words: "40 s", "3 min 20 s", "2 h 5 min"."""
+    """Duration as text: "40 s", "3 min 20 s", "2 h 5 min"."""
     whole = round(seconds)
     if whole < 60:
         return f"{seconds:.1f} s" if seconds < 10 else f"{whole} s"
@@ -21,7 +21,7 @@ def duration(seconds: float) -> str:
 
 
 class Progress:
-    """Counts settings, frames or the like. The time left follows from those that this process computed."""
+    """Counts settings, frames or other units. The time left is estimated from those that this process computed."""
 
     def __init__(
         self,
@@ -32,12 +32,12 @@ class Progress:
         clock: Callable[[], float] = time.monotonic,
         unit: str = "setting",
     ) -> None:
-        """Args: total: None if it is not known. done: found finished. every: seconds between two lines."""
+        """Args: total: None if not known. done: already finished. every: time between two lines [s]."""
         self.stream = stream if stream is not None else sys.stderr
         self.total, self.done, self.every, self.clock, self.unit = total, done, every, clock, unit
         self.computed = 0
         self.busy = 0.0
-        """Time spent on computing, without building worlds and compiling [s]."""
+        """Compute time, without building worlds and compilation [s]."""
         self.told = done
         self.note = ""
         self.last = clock()
@@ -58,23 +58,24 @@ class Progress:
             self._tell()
 
     def say(self, text: str) -> None:
-        """One line beside the bar."""
+        """Prints one line above the bar."""
         if self.bar is not None:
             self.bar.write(text, file=self.stream)
         else:
             print(text, file=self.stream, flush=True)
 
     def left(self) -> float:
-        """Time left [s]; infinite before the first chunk, and where the total is not known."""
+        """Time left [s]; infinite before the first chunk and if the total is not known."""
         if self.total is None or not self.computed:
             return float("inf")
         return self.busy / self.computed * (self.total - self.done)
 
     def advance(self, count: int = 1, seconds: float | None = None, note: str = "") -> None:
-        """Notes that so many took so long, with what to show beside it.
+        """Counts `count` more units.
 
         Args:
-            seconds: None: since the last call; the first one, which is compiled for, does not count then.
+            seconds: their compute time; None: time since the last call, without the first one, which includes compilation [s].
+            note: text shown beside the bar.
         """
         now = self.clock()
         if seconds is None and self.before is not None:
@@ -85,12 +86,12 @@ class Progress:
             self.computed += count
             self.busy += seconds
         if self.bar is not None:
-            self.bar.set_postfix_str(", ".join(self._about()), refresh=False)
+            self.bar.set_postfix_str(", ".join(self._remaining()), refresh=False)
             self.bar.update(count)
         elif now - self.last >= self.every or self.done == self.total:
             self._tell()
 
-    def _about(self) -> list[str]:
+    def _remaining(self) -> list[str]:
         left = [f"{duration(self.left())} left"] if math.isfinite(self.left()) else []
         return left + ([self.note] if self.note else [])
 
@@ -99,5 +100,5 @@ class Progress:
         share = "" if self.total is None else f"/{self.total}"
         percent = f" ({100 * self.done // self.total} %)" if self.total else ""
         rate = [f"{self.computed / self.busy:.3g} {self.unit}s/s"] if self.computed and self.busy > 0 else []
-        text = ", ".join([f"{self.done}{share} {self.unit}s{percent}", *rate, *self._about()])
+        text = ", ".join([f"{self.done}{share} {self.unit}s{percent}", *rate, *self._remaining()])
         print(text, file=self.stream, flush=True)

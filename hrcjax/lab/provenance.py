@@ -1,4 +1,4 @@
-"""Where results come from: commit, versions, a digest of the code, and the fingerprint that guards a resume."""
+"""Provenance of results: commit, versions, a digest of the code, and the fingerprint that a resumed run must match."""
 
 import hashlib
 import json
@@ -14,7 +14,7 @@ from typing import Any
 PACKAGE = Path(__file__).resolve().parents[1]
 PACKAGES = ("hrcjax", "jax", "jaxlib", "mujoco", "mujoco-mjx", "equinox", "numpy", "scipy")
 NO_INFLUENCE = ("viz", "tune", "reference", "programs", "configs")
-"""Folders of the package on whose code results do not depend."""
+"""Folders of the package that do not affect results."""
 
 
 def file_digest(path: Path) -> str:
@@ -24,7 +24,7 @@ def file_digest(path: Path) -> str:
 
 
 def code_digest(package: Path = PACKAGE) -> str:
-    """SHA-256 over the names and contents of all Python files of a package on which results depend."""
+    """SHA-256 over the names and contents of all Python files of a package that affect results."""
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         name = path.relative_to(package)
@@ -34,11 +34,11 @@ def code_digest(package: Path = PACKAGE) -> str:
 
 
 LOADED_CODE = code_digest()
-"""The digest when this program began: what it runs, whatever is edited meanwhile."""
+"""The digest at program start, unaffected by later edits."""
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages on which results depend."""
+    """Versions of Python and of the packages that affect results."""
     found = {"python": platform.python_version()}
     for package in PACKAGES:
         try:
@@ -64,7 +64,7 @@ def commit(root: Path = PACKAGE.parent) -> str:
 
 
 def provenance() -> dict[str, Any]:
-    """Everything about the origin of results that does not decide their numbers, and the versions, which may."""
+    """Origin of results: not part of the fingerprint."""
     return {
         "commit": commit(),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -75,5 +75,5 @@ def provenance() -> dict[str, Any]:
 
 
 def fingerprint(identity: Mapping[str, Any]) -> str:
-    """SHA-256 of everything that decides the numbers."""
+    """SHA-256 of everything that determines the results."""
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()

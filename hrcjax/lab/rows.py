@@ -1,4 +1,4 @@
-"""Rows of figures, {row: {"value": number, "unit": text}}: as an aligned table, and sections of them in a JSON file."""
+"""Rows of measurements, {row: {"value": number, "unit": text}}: as an aligned table, and in sections of a JSON file."""
 
 import json
 import math
@@ -13,7 +13,7 @@ Row = Mapping[str, Any]
 
 
 def table(name: str, rows: Mapping[str, Row]) -> str:
-    """The rows of a section, aligned."""
+    """The rows of a section as an aligned table."""
     lines = [[name, "", ""]]
     for row, entry in rows.items():
         value = entry["value"]
@@ -23,17 +23,17 @@ def table(name: str, rows: Mapping[str, Row]) -> str:
 
 
 def read_results(path: Path) -> dict[str, dict[str, Row]]:
-    """The sections that a file has already; none if there is no file, or an empty one.
+    """The sections of a file; none if the file is missing or empty.
 
     Raises:
-        UsageError: it is no such file.
+        UsageError: the file has another format.
     """
     if not path.exists():
         return {}
     try:
         found = json.loads(path.read_text(encoding="utf-8").strip() or "{}")
     except (OSError, ValueError) as error:
-        raise UsageError(f"{path} cannot be read as JSON; remove it or choose another --json") from error
+        raise UsageError(f"{path} is not valid JSON; remove it or choose another --json") from error
     if not isinstance(found, dict):
-        raise UsageError(f"{path} holds no benchmark sections; remove it or choose another --json")
+        raise UsageError(f"{path} has no benchmark sections; remove it or choose another --json")
     return found

@@ -1,4 +1,4 @@
-"""The folder of a run: its default name, and what of earlier runs or of others is in it."""
+"""The folder of a run: its default name, and existing files in it."""
 
 import hashlib
 import os
@@ -9,30 +9,30 @@ from hrcjax.lab.atomic import TEMPORARY
 from hrcjax.lab.errors import StorageError, UsageError
 
 LONGEST = 100
-"""Bytes of a folder's default name; file systems take 255."""
+"""Longest default name of a folder [bytes]; file systems accept 255."""
 
 
 def folder_name(text: str) -> str:
-    """A default name for a folder, cut to `LONGEST` bytes and told apart by a digest of the whole."""
+    """A default name for a folder; longer than `LONGEST` bytes, it is cut and ends with a digest."""
     whole = os.fsencode(text.replace("/", "-"))
     if len(whole) <= LONGEST:
         return os.fsdecode(whole)
     digest = hashlib.sha256(whole).hexdigest()[:8]
-    start = os.fsdecode(whole[: LONGEST - 9]).encode(errors="ignore").decode()  # no half characters
+    start = os.fsdecode(whole[: LONGEST - 9]).encode(errors="ignore").decode()  # no partial characters
     return f"{start}-{digest}"
 
 
 def own_files(folder: Path, claims: Collection[str], known: Collection[str], what: str, option: str) -> list[str]:
-    """The files of an earlier run in a folder; none if there is no folder yet.
+    """The files of an earlier run in a folder; none if there is no folder.
 
     Args:
-        claims: names of files of which each says that the folder is a run's.
-        known: names of other files that a run may leave.
-        what: a run, in words: "run" or "map".
-        option: that names the folder.
+        claims: file names that identify the folder as one of a run.
+        known: other file names that a run may write.
+        what: "run" or "map", for the message.
+        option: the option for the folder, for the message.
 
     Raises:
-        UsageError: the folder holds files that are not known and no run.
+        UsageError: the folder holds other files and no run.
         StorageError: it cannot be read.
     """
     if not os.path.isdir(folder):

@@ -1,16 +1,16 @@
-"""Aligned text of rows and columns."""
+"""Tables as aligned text."""
 
 from collections.abc import Sequence
 
 
 def aligned(rows: Sequence[Sequence[str]], align: str = "<") -> str:
-    """Rows of texts, one below the other, in columns two blanks apart.
+    """Rows of cells as lines with aligned columns, two spaces apart.
 
     Args:
         rows: all of the same length.
-        align: for each column "<" left or ">" right; the last one also holds for the columns after it.
+        align: "<" left or ">" right for each column; the last one also applies to all further columns.
     """
-    ways = [align[min(i, len(align) - 1)] for i in range(len(rows[0]) if rows else 0)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(ways))]
-    lines = ("  ".join(f"{cell:{way}{width}}" for cell, way, width in zip(row, ways, widths, strict=True)) for row in rows)  # fmt: skip
+    sides = [align[min(i, len(align) - 1)] for i in range(len(rows[0]) if rows else 0)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(sides))]
+    lines = ("  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)) for row in rows)  # fmt: skip
     return "\n".join(line.rstrip() for line in lines)

@@ -1,4 +1,4 @@
-"""Traced programs kept between runs beside the compiled ones: tracing takes longer than reading them back."""
+"""Cache of traced programs between runs, beside the compilation cache: loading is faster than tracing."""
 
 import contextlib
 import hashlib
@@ -13,7 +13,7 @@ from hrcjax.lab.errors import StorageError
 from hrcjax.lab.provenance import LOADED_CODE, code_digest, fingerprint, versions
 
 DIGEST = 32
-"""Length of the digest before a kept program [bytes]."""
+"""Length of the digest at the beginning of a cached program [bytes]."""
 
 
 def _digest(program: bytes) -> bytes:
@@ -23,11 +23,11 @@ def _digest(program: bytes) -> bytes:
 def traced(evaluate: Callable[..., Mapping[str, Any]], args: tuple[Any, ...], identity: str | None) -> Any:
     """`evaluate` traced for arguments like `args`; call and compile it with `jax.tree.leaves(args)`.
 
-    With an identity it is looked up in the folder of JAX's compilation cache, under a digest of the code, the versions,
-    the identity and the shapes; without that folder nothing is kept. A damaged file is traced anew.
+    With an identity it is cached in the folder of JAX's compilation cache, under a digest of the code, the versions, the
+    identity and the shapes; without that folder there is no cache. A damaged file is ignored.
 
     Args:
-        identity: everything else that decides what `evaluate` does: what it closes over. None: keep nothing.
+        identity: identifies everything that `evaluate` closes over. None: no cache.
     """
     leaves, tree = jax.tree.flatten(args)
 
@@ -43,13 +43,13 @@ def traced(evaluate: Callable[..., Mapping[str, Any]], args: tuple[Any, ...], id
         {"code": LOADED_CODE, "versions": versions(), "of": [identity, str(tree), *shapes], "on": backend}
     )
     path = Path(cache) / "traced" / key
-    with contextlib.suppress(Exception):  # whatever is wrong with a file of the cache, the program can be traced
+    with contextlib.suppress(Exception):  # an unreadable cache file is ignored
         kept = path.read_bytes()
         if kept[:DIGEST] == _digest(kept[DIGEST:]):
             exported = jax.export.deserialize(bytearray(kept[DIGEST:]))
             return jax.jit(exported.call).trace(*leaves)
     exported = jax.export.export(jax.jit(flat))(*leaves)
-    if code_digest() == LOADED_CODE:  # an edit since the start may or may not be in what was traced
+    if code_digest() == LOADED_CODE:  # not if the code was edited since the start
         with contextlib.suppress(StorageError, OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
             program = bytes(exported.serialize())

@@ -1,4 +1,4 @@
-"""Whether a place can be written to, asked before work begins."""
+"""Checks that a folder is writable, before work begins."""
 
 import errno
 import os
@@ -9,17 +9,17 @@ from hrcjax.lab.atomic import TEMPORARY
 from hrcjax.lab.errors import UsageError
 
 PROBE = 64 * 1024
-"""Bytes that are written on trial."""
+"""Size of the test file [bytes]."""
 
 
 def check_writable(folder: Path, option: str) -> None:
-    """Refuses a folder that cannot be written to, or made: no right, no space, a name too long, below a file.
+    """Refuses a folder that cannot be created or written: no permission, no space, a name too long, a parent that is a file.
 
     Args:
-        option: that names another one, such as --output.
+        option: the option for the folder, such as --output.
 
     Raises:
-        UsageError: it, or the nearest folder above that exists, is a file or takes no file.
+        UsageError: the folder, or its nearest existing parent, is a file or not writable.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise UsageError(f"{folder} is a file, not a folder; give another {option}")
@@ -28,7 +28,7 @@ def check_writable(folder: Path, option: str) -> None:
         missing.append(there.name)
         there = there.parent
     if not there.is_dir():
-        raise UsageError(f"cannot write to {folder}: {there} is no folder; give another {option}")
+        raise UsageError(f"cannot write to {folder}: {there} is not a folder; give another {option}")
     try:
         longest = os.pathconf(there, "PC_NAME_MAX")
         if any(len(os.fsencode(name)) > longest for name in missing):

@@ -1,4 +1,4 @@
-"""The closed loop in plain NumPy, SciPy and C MuJoCo, one episode after another: baseline of speed, oracle of tests.
+"""The closed loop in NumPy, SciPy and C MuJoCo, one episode after another: speed baseline and test oracle.
 
-The algorithm, its numbers and its rates are those of `hrcjax.sim`; no JAX runs in it. Double precision throughout.
+Algorithm, parameters and rates are those of `hrcjax.sim`; without JAX, in double precision.
 """

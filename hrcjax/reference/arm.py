@@ -21,7 +21,7 @@ def spin(v: NDArray) -> NDArray:
 
 
 class SerialArm:
-    """One arm, its state and its rates."""
+    """One arm with its state and servo rate."""
 
     def __init__(self, cell: Cell) -> None:
         """A copy of the cell's model, stepped at the servo's rate."""
@@ -37,7 +37,7 @@ class SerialArm:
         self.jacobians = np.zeros((4, len(used), 3, self.model.nv))
 
     def reset(self, q: NDArray) -> None:
-        """Standing at q [rad]."""
+        """Sets the arm at rest at q [rad]."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:] = q
         mujoco.mj_step1(self.model, self.data)
@@ -70,7 +70,7 @@ class SerialArm:
             qdd: acceleration commanded [rad/s^2].
 
         Returns:
-            the torque at the start [N m], whether a torque was clipped, whether one was not finite.
+            the torque at the start [N m], whether a torque was saturated, whether one was not finite.
         """
         model, data, top = self.model, self.data, self.top
         start, first = data.qvel.copy(), np.zeros_like(qdd)
@@ -91,7 +91,7 @@ class SerialArm:
         return first, clipped, broken
 
     def _weight(self) -> NDArray:
-        """Torques that hold the arm still against gravity [N m]."""
+        """Gravity compensation torques [N m]."""
         rest = mujoco.MjData(self.model)
         rest.qpos[:] = self.data.qpos
         mujoco.mj_forward(self.model, rest)

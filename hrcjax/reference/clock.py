@@ -1,4 +1,4 @@
-"""The clock of a path in plain floats; as `hrcjax.safety.clock`."""
+"""The path clock in plain floats; as `hrcjax.safety.clock`."""
 
 from math import sqrt
 from typing import NamedTuple
@@ -7,14 +7,14 @@ from hrcjax.safety import ClockParams
 
 HALVINGS = 6
 STEP = 1e-6
-"""Half width of the central difference that stands for the derivative of Newton's step [m/s^2]."""
+"""Half width of the central difference for the derivative in Newton's step [m/s^2]."""
 
 
 class Clock(NamedTuple):
-    """Where the clock stands."""
+    """State of the path clock."""
 
     s: float = 0.0
-    """Length travelled [m]."""
+    """Arc length travelled [m]."""
     v: float = 0.0
     """Speed along the path [m/s]."""
     a: float = 0.0
@@ -22,7 +22,7 @@ class Clock(NamedTuple):
 
 
 def stop_length(params: ClockParams, v: float, a: float, dt: float) -> float:
-    """Way to a stop from speed v and acceleration a: jerk down, constant deceleration, jerk up to rest [m].
+    """Stopping distance from speed v and acceleration a: jerk down, constant deceleration, jerk up to rest [m].
 
     Args:
         v: speed, not negative [m/s].
@@ -72,7 +72,7 @@ def advance(params: ClockParams, clock: Clock, limit: float, remaining: float, d
 
 
 def _towards_end(params: ClockParams, v: float, r: float, lower: float, upper: float, dt: float) -> float:
-    """The largest acceleration in [lower, upper] after which the path's end is not overrun [m/s^2]."""
+    """The largest acceleration in [lower, upper] that does not overshoot the path's end [m/s^2]."""
 
     def excess(a: float) -> float:
         after = max(v + a * dt, 0.0)

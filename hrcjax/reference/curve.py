@@ -1,4 +1,4 @@
-"""A natural cubic spline by the length travelled on it, with the coefficients of SciPy's."""
+"""A natural cubic spline by arc length, with SciPy's coefficients."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ _WEIGHTS = np.array([5, 8, 5]) / 18
 
 
 class Curve:
-    """The tool's path; as `hrcjax.plan.path_curve`."""
+    """The tool path; as `hrcjax.plan.path_curve`."""
 
     def __init__(self, waypoints: NDArray) -> None:
         """Args: waypoints: equally spaced, (waypoint 3) [m]."""
@@ -21,7 +21,7 @@ class Curve:
         self.rate = self.count / self.length
 
     def at(self, s: float) -> tuple[NDArray, NDArray, NDArray]:
-        """Position [m], tangent [1] and curvature vector [1/m] after the length s [m]."""
+        """Position [m], tangent [1] and curvature vector [1/m] at arc length s [m]."""
         u = min(max(s, 0.0), self.length) * self.rate
         index = min(int(u), self.count - 1)
         t = u - index

@@ -25,23 +25,23 @@ from hrcjax.sim.cell import TOOL_REACH
 
 @dataclass(frozen=True)
 class Seen:
-    """What the camera delivered, as fields."""
+    """The camera's frames as fitted fields."""
 
     static: Field
-    """The scene without the person."""
+    """Field of the static scene."""
     moving: list[Field]
-    """The person, frame by frame."""
+    """Fields of the moving points, frame by frame."""
     stamp: list[float]
-    """Times of the valid frames, rising [s]."""
+    """Stamps of the valid frames, increasing [s]."""
     frame: list[int]
-    """Which frames these are."""
+    """Indices of these frames."""
     overflow: list[bool]
-    """Of every frame, whether it lost points."""
+    """Whether each frame dropped points."""
 
 
 @dataclass(frozen=True)
 class SerialRecord:
-    """What the ticks left behind, time first; names and units of `hrcjax.sim.Record`."""
+    """Record of the ticks, time first; names and units of `hrcjax.sim.Record`."""
 
     q: NDArray
     qd: NDArray
@@ -59,11 +59,11 @@ class SerialRecord:
 
 
 def see(params: FieldParams, frames: Frames) -> Seen:
-    """Fits the fields of all frames; done once, settings of a sweep that share the field's parameters share it.
+    """Fits the fields of all frames, once for all settings with the same field parameters.
 
     Args:
         params: with plain numbers as leaves.
-        frames: what the camera delivered, stamps rising.
+        frames: the camera's frames, with increasing stamps.
     """
     length_scale, noise = cast(float, params.length_scale), cast(float, params.noise)
 
@@ -92,8 +92,8 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
 
     Args:
         params: with plain numbers as leaves.
-        curve: the tool's path.
-        q_start: joint positions at the start, and the posture to draw to [rad].
+        curve: the tool path.
+        q_start: joint positions at the start, and the preferred posture [rad].
     """
     params, robot, dt = plain(params), cell.arm, cell.dt
     arm = SerialArm(cell)

@@ -1,7 +1,7 @@
 """The distance field of a cloud: lumped weights, distances of a union, and the bound for convex bodies.
 
 The formulas are those of `hrcjax.field` for the squared-exponential kernel. Its default weights need no linear solve
-(`solver="lumped"`), so there is none here either. Points that do not exist are left out before.
+(`solver="lumped"`), so there is none here either. Masked points are removed before.
 """
 
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ def fit(points: NDArray, length_scale: float, noise: float) -> Field:
 
 
 def _occupancy(field: Field, x: NDArray) -> tuple[NDArray, NDArray]:
-    """Logarithm of the occupancy, and the way from the mean of the points to the query, by query [1], [m]."""
+    """Logarithm of the occupancy, and the vector from the weighted mean of the points to the query, by query [1], [m]."""
     if not len(field.points):
         return np.full(len(x), -np.inf), np.zeros_like(x)
     precision = 0.5 / field.length_scale**2
@@ -75,7 +75,7 @@ def union(static: Field, moving: Field, x: NDArray) -> tuple[NDArray, NDArray, N
 
     Args:
         static: of the scene.
-        moving: of what moves, with the same length scale.
+        moving: of the moving points, with the same length scale.
         x: queries, (point 3) [m].
     """
     log_s, offset_s = _occupancy(static, x)

@@ -1,4 +1,4 @@
-"""The acceleration after which the joints can still keep their limits; as `hrcjax.policy.limit_acceleration`."""
+"""The acceleration after which the joints can still respect their limits; as `hrcjax.policy.limit_acceleration`."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,10 +7,10 @@ from hrcjax.reference.motion import Limits
 
 
 def limit_acceleration(qdd: NDArray, q: NDArray, qd: NDArray, limits: Limits, dt: float) -> NDArray:
-    """The permitted acceleration nearest to the one asked for [rad/s^2].
+    """The admissible acceleration nearest to the desired one [rad/s^2].
 
     Args:
-        qdd: asked for [rad/s^2].
+        qdd: desired acceleration [rad/s^2].
         q: joint positions [rad].
         qd: joint speeds [rad/s].
         limits: of the joints.
@@ -28,7 +28,7 @@ def limit_acceleration(qdd: NDArray, q: NDArray, qd: NDArray, limits: Limits, dt
 
 
 def _fastest(room: NDArray, v: NDArray, top: NDArray, dt: float) -> NDArray:
-    """Largest speed towards an end after a step from which the joint can still stop before it [rad/s]."""
+    """Largest speed towards a limit after a step from which the joint can still stop before it [rad/s]."""
     settling = np.maximum(room, 0.0) / (2 * dt)
     semi_implicit = np.minimum(_stoppable(room, top, dt), settling)
     left = room - v * dt / 2

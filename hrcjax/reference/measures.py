@@ -1,4 +1,4 @@
-"""Every measure of an episode, one after the other, by loops and sums; names and units of `hrcjax.metrics.METRICS`.
+"""All metrics of an episode by loops and sums; names and units of `hrcjax.metrics.METRICS`.
 
 Score: tables IX and X of Robotica 2025 in the readings that `hrcjax.metrics.score` names.
 """
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 SLOW = 0.05
-"""Speed of the tool that counts as standing at the goal [m/s]."""
+"""Largest speed of the tool that counts as at rest at the goal [m/s]."""
 HORIZON = 5.0
-"""Times to collision longer than this count as this [s]."""
+"""Upper limit of the time to collision [s]."""
 TOOL_WAYPOINTS = 64
 
 
@@ -26,7 +26,7 @@ def path_length(path: NDArray) -> float:
 
 
 def path_bending(path: NDArray) -> float:
-    """Integral of the squared curvature of a broken line [1/m]; waypoints that coincide with the one before are left out.
+    """Integral of the squared curvature of a broken line [1/m]; repeated waypoints are skipped.
 
     At a corner the curvature is |T' - T| over the mean length of its segments; it holds for half of both, and at the
     first and the last corner to the very end.
@@ -52,7 +52,7 @@ def evenly(path: NDArray, count: int) -> NDArray:
 
 @dataclass(frozen=True)
 class Arrived:
-    """When the tool came to stand at the goal."""
+    """Arrival of the tool at rest at the goal."""
 
     success: bool
     index: int
@@ -134,8 +134,8 @@ def efficiency_score(
     """.3 time + .3 power + .1 trajectory smoothness + .3 joint smoothness of the samples until arrival, out of 100.
 
     Args:
-        ideal: time of the way without anybody [s].
-        time: that it took [s].
+        ideal: ideal time without a person [s].
+        time: time to arrival [s].
     """
     power = np.abs(tau * qd).sum(axis=1)
     of_power = 100 * float(power.mean() / power.max()) if power.max() > 0 else 0.0

@@ -1,4 +1,4 @@
-"""What kinematics tell the policy, and what the joints can do: NumPy twins of `PointMotion` and `JointLimits`."""
+"""Kinematics of points and joint limits: NumPy twins of `PointMotion` and `JointLimits`."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 
 class Motion(NamedTuple):
-    """Places of some points and how the joints move them: xdd = J qdd + Jd_qd."""
+    """Positions of points and their differential kinematics: xdd = J qdd + Jd_qd."""
 
     x: NDArray
     """Positions, (point 3) [m]."""

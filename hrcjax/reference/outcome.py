@@ -1,4 +1,4 @@
-"""What is kept of an episode, against the truth of the world; as `hrcjax.sim.outcome`, in plain NumPy and C MuJoCo."""
+"""The outcome of an episode against the ground truth; as `hrcjax.sim.outcome`, in NumPy and C MuJoCo."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,22 +16,22 @@ from hrcjax.sim import Cell, Params, World
 REACHED = 0.02
 """Distance of the tool to the goal that counts as reached [m]."""
 MOVING = 0.05
-"""Speed of a joint from which on the arm moves [rad/s]."""
+"""Joint speed above which the arm counts as moving [rad/s]."""
 
 
 @dataclass(frozen=True)
 class SerialOutcome:
-    """Measures by name, traces at every `cell.metric_stride` ticks, and what happened."""
+    """Metrics by name, traces at every `cell.metric_stride` ticks, and status."""
 
     metrics: dict[str, float]
     separation: NDArray
-    """True distance of the arm to the person [m]."""
+    """Exact distance of the arm to the person [m]."""
     clearance: NDArray
-    """True distance of the arm to the nearest obstacle [m]."""
+    """Exact distance of the arm to the nearest obstacle [m]."""
     speed: NDArray
-    """Of the tool [m/s]."""
+    """Speed of the tool [m/s]."""
     run_status: int
-    """Bits of all ticks."""
+    """Bits of the tick status, combined over all ticks."""
     hit: bool
     """Whether arm and person touched while the arm moved."""
 
@@ -51,7 +51,7 @@ def protective_distances(params: SsmParams, approach: NDArray, separation: NDArr
 
 
 def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record: Any) -> SerialOutcome:
-    """The measures of an episode.
+    """The metrics of an episode.
 
     Args:
         params: with plain numbers as leaves.

@@ -1,4 +1,4 @@
-"""The motion policy in plain NumPy: the oracle of tests and the serial baseline.
+"""The motion policy in NumPy: test oracle and serial baseline.
 
 Leaves take one point or joint, or many along leading axes.
 """
@@ -57,7 +57,7 @@ def collision(params: CollisionParams, d: ArrayLike, g: Numbers, xd: Numbers) ->
 
 
 def joint_limit(params: JointLimitParams, x: ArrayLike, xd: ArrayLike) -> tuple[Numbers, Numbers]:
-    """Metric [1] and acceleration [rad/s^2] of the distance to one end."""
+    """Metric [1] and acceleration [rad/s^2] of the distance to one joint limit."""
     room, xd = np.maximum(np.asarray(x, np.float64), 0.0), np.asarray(xd, np.float64)
     gate = 0.5 * (1 - np.tanh(0.5 * xd / params.v_gate))
     M = gate * params.metric / (room / params.metric_length + params.metric_eps)
@@ -87,7 +87,7 @@ def posture(params: PostureParams, q: Numbers, qd: Numbers, goal: Numbers) -> tu
 
 
 def resolve(params: ResolveParams, M: Numbers, f: Numbers) -> Numbers:
-    """The joint acceleration of the combined policy [rad/s^2]; NaN where it cannot be solved for."""
+    """The joint acceleration of the combined policy [rad/s^2]; NaN where the system is singular."""
     s = max(1.0, params.scale * np.abs(M).max())
     _, x, info = lapack.dposv(  # pyright: ignore[reportAttributeAccessIssue]  # made at import
         M / s + params.regularisation * np.identity(len(f)), f / s

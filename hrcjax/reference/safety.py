@@ -15,18 +15,18 @@ class Zone(NamedTuple):
     zone: int = GREEN
     """0 green, 1 yellow, 2 red, 3 stop."""
     waited: float = 0.0
-    """How long a more relaxed zone has been possible [s]."""
+    """Time for which a less restrictive zone has been possible [s]."""
     candidate: int = GREEN
-    """The tightest of those."""
+    """The most restrictive of those."""
 
 
 class Decision(NamedTuple):
-    """What is allowed in this tick."""
+    """Limits of this tick."""
 
     point_limit: NDArray
     """Largest speed of every point towards the person [m/s]."""
     hold: bool
-    """Stand still in every direction."""
+    """Whether the arm must stop."""
 
 
 def safe_distance(params: SsmParams, v: float) -> float:
@@ -62,7 +62,7 @@ def slowest_contact(params: PflParams) -> float:
 
 
 class Monitor:
-    """The safety monitor of one episode; what does not change with time is computed once."""
+    """The safety monitor of one episode; constants are computed once."""
 
     def __init__(self, params: SafetyParams, dt: float) -> None:
         """Args: dt: length of a tick [s]."""
@@ -80,7 +80,7 @@ class Monitor:
         return GREEN if d >= self.green + slack else YELLOW if d >= self.yellow + slack else RED
 
     def update(self, state: Zone, d: float, hold: bool) -> Zone:
-        """The zone one tick later: tighter at once, more relaxed after a wait beyond the hysteresis."""
+        """The zone one tick later: more restrictive at once, less restrictive after a delay, with hysteresis."""
         zone = self.params.zone
         tight = STOP if hold else self.zone_at(d)
         loose = STOP if hold else self.zone_at(d, zone.hysteresis)
@@ -98,7 +98,7 @@ class Monitor:
             d: distance of every control point's surface to the person [m].
             approach: speed of every point towards the person [m/s].
             age: of the person data [s].
-            valid: whether the frame kept all its points.
+            valid: whether the frame dropped no points.
         """
         params = self.params
         finite = bool(np.isfinite(d).all() and np.isfinite(approach).all())
@@ -118,7 +118,7 @@ def governor(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> float:
     """The largest factor in [0, 1] with which no point approaches the person faster than its limit [1].
 
     Args:
-        qd: joint speeds asked for [rad/s].
+        qd: desired joint speeds [rad/s].
         J: Jacobians of the points, (point 3 joint) [m/rad].
         g: gradients of the distance to the person, (point 3) [1].
         limit: of every point [m/s].

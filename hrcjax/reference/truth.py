@@ -1,4 +1,4 @@
-"""The truth of a world in plain NumPy: capsules of arm and person at a time, and exact distances between them."""
+"""The ground truth of a world in NumPy: capsules of arm and person over time, and exact distances between them."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's types are compiled and have no stubs
@@ -13,10 +13,10 @@ from hrcjax.robot.body import Arm
 from hrcjax.world import Person, Scene
 
 FAR = 10.0
-"""Distance to what does not exist [m]; see `hrcjax.geom.segment`."""
+"""Distance if there is no object [m]; see `hrcjax.geom.segment`."""
 SPHERE, COLUMN = 0, 1
 THIRDS = 90
-"""Steps of the search along a segment: what is left of it is (2/3)^90 = 1e-16."""
+"""Steps of the ternary search along a segment: the remaining interval is (2/3)^90 = 1e-16."""
 
 
 def arm_axes(arm: Arm, q: NDArray) -> tuple[NDArray, NDArray]:
@@ -42,9 +42,9 @@ def arm_axes(arm: Arm, q: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def person_axes(person: Person, times: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Both ends of the person's capsules, (time capsule 3) [m], and whether somebody is there, (time).
+    """Both ends of the person's capsules, (time capsule 3) [m], and whether the person is present, (time).
 
-    Between frames on a straight line; held before the first and after the last.
+    Linear between frames; held before the first and after the last.
     """
     a, b, present = (np.asarray(v) for v in (person.a, person.b, person.present))
     last = len(a) - 1
@@ -56,7 +56,7 @@ def person_axes(person: Person, times: NDArray) -> tuple[NDArray, NDArray, NDArr
 
 
 def segment_distance(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
-    """Distance of the segments a to b and c to d, (... 3), by clamping one place after the other [m].
+    """Distance of the segments a to b and c to d, (... 3), by clamping one parameter after the other [m].
 
     C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
     """
@@ -78,7 +78,7 @@ def segment_distance(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
 
 
 def person_distance(arm: Arm, person: Person, q: NDArray, times: NDArray) -> NDArray:
-    """Least distance between the surfaces of the whole arm and of the person at every time [m]; FAR if nobody is there."""
+    """Least distance between the surfaces of the whole arm and of the person at every time [m]; FAR if nobody is present."""
     a, b = arm_axes(arm, q)
     c, d, there = person_axes(person, times)
     radius = np.asarray(person.radius)
@@ -89,7 +89,7 @@ def person_distance(arm: Arm, person: Person, q: NDArray, times: NDArray) -> NDA
 
 
 def solid_distance(kind: int, center: NDArray, size: NDArray, yaw: float, x: NDArray) -> NDArray:
-    """Signed distance of places (... 3) to an upright solid [m]: a sphere, a cylinder or a box, negative inside."""
+    """Signed distance of points (... 3) to an upright solid [m]: a sphere, a cylinder or a box, negative inside."""
     offset = x - center
     if kind == SPHERE:
         return np.sqrt((offset * offset).sum(-1)) - size[0]
@@ -103,11 +103,11 @@ def solid_distance(kind: int, center: NDArray, size: NDArray, yaw: float, x: NDA
 
 
 def obstacle_distances(arm: Arm, scene: Scene, q: NDArray) -> NDArray:
-    """Least signed distance of the moving links' surfaces to every obstacle, (time obstacle) [m]; FAR where none is.
+    """Least signed distance of the moving links' surfaces to every obstacle, (time obstacle) [m]; FAR for masked obstacles.
 
-    The signed distance to a convex solid is convex along a line: its least value is found by thirds.
+    The signed distance to a convex solid is convex along a line: its minimum is found by ternary search.
     """
-    a, b = (ends[:, 1:] for ends in arm_axes(arm, q))  # the base stands still
+    a, b = (ends[:, 1:] for ends in arm_axes(arm, q))  # without the base, which does not move
     found = np.full((len(q), len(scene.kind)), FAR)
     for k in np.flatnonzero(scene.mask):
         solid = int(scene.kind[k]), np.asarray(scene.center[k]), np.asarray(scene.size[k]), float(scene.yaw[k])
@@ -117,7 +117,7 @@ def obstacle_distances(arm: Arm, scene: Scene, q: NDArray) -> NDArray:
 
 
 def _least(at: Callable[[NDArray], NDArray], shape: tuple[int, ...]) -> NDArray:
-    """Least values of convex functions on [0, 1]."""
+    """Minima of convex functions on [0, 1]."""
     zero = np.zeros(shape)
     low, high = zero, zero + 1
     for _ in range(THIRDS):

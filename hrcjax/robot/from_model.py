@@ -72,6 +72,12 @@ def arm_from_model(
     shapes.sort(key=lambda shape: shape[1])
     if shapes[0][1] >= 0:  # the base comes first, and this arm has no shape for it
         shapes.insert(0, ("base", -1, np.zeros(3), np.zeros(3), 1e-3))
+    bare = [i for i in range(n) if chain.mass[i] > 0 and not any(link == i for _, link, *_ in shapes)]
+    if bare:
+        joint = model.joint(bare[0]).name or bare[0]
+        raise ValueError(
+            f"arm {name}: no geom rides on the link of joint {joint!r}; accepted: {', '.join(SHAPES)} on each link"
+        )
     covered = [(link, *_cover(a, b, radius)) for _, link, a, b, radius in shapes if link >= 0]
     return Arm(
         variant=name,
@@ -79,10 +85,10 @@ def arm_from_model(
         chain=chain,
         q_min=low,
         q_max=high,
-        qd_max=np.broadcast_to(np.asarray(speed, float), n).copy(),
-        qdd_max=np.broadcast_to(np.asarray(acceleration, float), n).copy(),
+        qd_max=_positive(name, "speed", speed, n),
+        qdd_max=_positive(name, "acceleration", acceleration, n),
         tau_max=_torques(model, name, torque),
-        home=_home(model, name, home),
+        home=_home(model, name, home, low, high),
         capsule_names=tuple(shape[0] for shape in shapes),
         capsule_links=tuple(shape[1] for shape in shapes),
         capsule_a=np.stack([shape[2] for shape in shapes]),
@@ -116,7 +122,15 @@ def _capsules(
     kinds = {int(getattr(mujoco.mjtGeom, f"mjGEOM_{shape.upper()}")): shape for shape in SHAPES}
     for g in range(model.ngeom):
         shape = kinds.get(int(model.geom_type[g]))
-        if shape is None or (group is not None and model.geom_group[g] != group):
+        if group is not None and model.geom_group[g] != group:
+            continue
+        if shape is None:
+            collides = model.geom_contype[g] or model.geom_conaffinity[g]
+            if collides and model.body_weldid[model.geom_bodyid[g]] != 0:
+                raise ValueError(
+                    f"geom {model.geom(g).name or g} collides and is no {' or '.join(SHAPES)}; accepted: these shapes, or "
+                    "geom_group=... that leaves it out"
+                )
             continue
         link, axes, centre = _on_link(model, data, int(model.geom_bodyid[g]), data.geom_xmat[g], data.geom_xpos[g])
         half = 0.0 if shape == "sphere" else float(model.geom_size[g, 1])
@@ -144,27 +158,41 @@ def _cover(a: np.ndarray, b: np.ndarray, radius: float) -> tuple[np.ndarray, flo
 def _torques(model: mujoco.MjModel, name: str, given: float | Sequence[float] | None) -> np.ndarray:
     n = model.njnt
     if given is not None:
-        return np.broadcast_to(np.asarray(given, float), n).copy()
-    top = np.full(n, np.nan)
+        return _positive(name, "torque", given, n)
+    motors = np.full(n, np.inf)
     for i in range(model.nu):
-        joint = model.actuator_trnid[i, 0]
         if model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT and model.actuator_forcelimited[i]:
-            top[joint] = abs(model.actuator_gear[i, 0]) * np.abs(model.actuator_forcerange[i]).min()
-        elif model.jnt_actfrclimited[joint]:
-            top[joint] = np.abs(model.jnt_actfrcrange[joint]).min()
-    if np.isnan(top).any():
-        joint = model.joint(int(np.argmax(np.isnan(top)))).name
+            joint = model.actuator_trnid[i, 0]
+            motors[joint] = min(
+                motors[joint], abs(model.actuator_gear[i, 0]) * np.abs(model.actuator_forcerange[i]).min()
+            )
+    joints = np.where(model.jnt_actfrclimited, np.abs(model.jnt_actfrcrange).min(axis=1), np.inf)
+    top = np.minimum(motors, joints)
+    if not (np.isfinite(top) & (top > 0)).all():
+        joint = model.joint(int(np.argmax(~(np.isfinite(top) & (top > 0))))).name
         raise ValueError(
             f"arm {name}: the model states no torque of joint {joint!r}; accepted: torque=..., or a motor with forcerange"
         )
     return top
 
 
-def _home(model: mujoco.MjModel, name: str, home: str | Sequence[float]) -> np.ndarray:
+def _positive(name: str, what: str, given: float | Sequence[float], n: int) -> np.ndarray:
+    try:
+        values = np.broadcast_to(np.asarray(given, float), n).copy()
+    except ValueError:
+        raise ValueError(f"arm {name}: {what} of {np.size(given)} numbers; accepted: one, or {n}") from None
+    if not (np.isfinite(values) & (values > 0)).all():
+        raise ValueError(f"arm {name}: {what} {given}; accepted: finite numbers above 0")
+    return values
+
+
+def _home(
+    model: mujoco.MjModel, name: str, home: str | Sequence[float], low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
     if not isinstance(home, str):
         q = np.asarray(home, float)
-        if q.shape != (model.njnt,):
-            raise ValueError(f"arm {name}: home of {q.size} numbers; accepted: {model.njnt} joint positions")
+        if q.shape != (model.njnt,) or not ((q >= low) & (q <= high)).all():
+            raise ValueError(f"arm {name}: home {home}; accepted: {model.njnt} joint positions within their ranges")
         return q
     key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, home)
     if key < 0:

@@ -1,5 +1,9 @@
 """One step of the arm's dynamics, by the folded chain or by MJX, and the jit that each needs."""
 
+# pyright: reportAttributeAccessIssue=false
+# mujoco's types are compiled and have no stubs
+
+import copy
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, wraps
@@ -8,6 +12,7 @@ from typing import Any, ParamSpec, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import mujoco
 import numpy as np
 from jax.core import Tracer
 
@@ -93,7 +98,11 @@ def _mjx_model(arm: Arm, dtype: str) -> Any:
     from mujoco import mjx  # slow to import, and only this backend needs it
 
     with jax.ensure_compile_time_eval(), jax.numpy_dtype_promotion("standard"):
-        model = mjx.put_model(arm.model)
+        # Torques alone act, as in the folded chain: no actuators, contacts or limits of the file.
+        smooth = copy.deepcopy(arm.model)
+        flags = mujoco.mjtDisableBit
+        smooth.opt.disableflags |= int(flags.mjDSBL_ACTUATION | flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT)
+        model = mjx.put_model(smooth)
         return jax.tree.map(lambda x: _cast(x, dtype), (model, mjx.make_data(model)))
 
 

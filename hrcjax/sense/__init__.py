@@ -1,4 +1,4 @@
-"""What the robot knows of the cell: a depth camera, its noise, and the clouds made of its images."""
+"""Sensing: a depth camera, its noise, and point clouds from its images."""
 
 from hrcjax.sense.camera import Camera, cell_camera, d435i, render_depth
 from hrcjax.sense.noise import NoiseParams

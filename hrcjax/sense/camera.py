@@ -1,6 +1,6 @@
-"""A depth camera: exact depth images of obstacles, table, floor, people and robot, by closed-form rays.
+"""A depth camera: exact depth images of obstacles, table, floor, people and robot, by closed-form ray casting.
 
-Everything that is not a capsule stands still: its image is made once (`render_scene`); people and robot are drawn over it.
+The scene is static: its image is rendered once (`render_scene`); people and robot, all capsules, are drawn over it.
 """
 
 import equinox as eqx
@@ -21,15 +21,15 @@ class Camera(eqx.Module):
     rotation: Matrix3
     """World from camera."""
     position: Vector3
-    """Of the pinhole, in the world [m]."""
+    """Position of the pinhole in the world [m]."""
     fx: Scalar
-    """Focal length over the pixel's width [px]."""
+    """Horizontal focal length [px]."""
     fy: Scalar
-    """Focal length over the pixel's height [px]."""
+    """Vertical focal length [px]."""
     cx: Scalar
-    """Column of the optical axis [px]."""
+    """Column of the principal point [px]."""
     cy: Scalar
-    """Row of the optical axis [px]."""
+    """Row of the principal point [px]."""
     width: int = eqx.field(static=True)
     """Columns of the image."""
     height: int = eqx.field(static=True)
@@ -37,7 +37,7 @@ class Camera(eqx.Module):
 
 
 def d435i(eye: Vector3, target: Vector3, decimation: int = 4) -> Camera:
-    """An Intel D435i at `eye` that looks at `target`, of whose 640 x 480 pixels every n-th of every n-th row is kept.
+    """An Intel D435i at `eye` that looks at `target`; of its 640 x 480 pixels every n-th column and row is kept.
 
     Raises:
         ValueError: a decimation that is not a positive divisor of 640 and 480.
@@ -61,9 +61,9 @@ def d435i(eye: Vector3, target: Vector3, decimation: int = 4) -> Camera:
 
 
 def cell_camera(scene: Scene, decimation: int = 4) -> Camera:
-    """A camera of the cell: 1.3 m over the table, beside the path on its goal's side, looking at the path's middle.
+    """The camera of the cell: 1.3 m above the table, beside the path on the goal's side, looking at the path's midpoint.
 
-    From there the arm, which reaches out from the base, hides neither the people at the +y edge nor the path.
+    From there the arm occludes neither the people at the +y edge nor the path.
     """
     middle = path_middle(scene)
     dtype = middle.dtype
@@ -73,7 +73,7 @@ def cell_camera(scene: Scene, decimation: int = 4) -> Camera:
 
 
 def pixel_directions(camera: Camera) -> tuple[Float[Array, "height width"], Float[Array, "height width"]]:
-    """x and y of every pixel's direction in the camera's axes, at z = 1."""
+    """x and y of every pixel's ray in camera axes, at z = 1."""
     dtype = camera.position.dtype
     x = (jnp.arange(camera.width).astype(dtype) - camera.cx) / camera.fx
     y = (jnp.arange(camera.height).astype(dtype) - camera.cy) / camera.fy
@@ -132,6 +132,6 @@ def render_capsules(
 def render_depth(camera: Camera, scene: Scene, people: Capsules, robot: Capsules) -> Float[Array, "height width"]:
     """Depth along the optical axis of everything in the cell [m]; infinity where nothing is hit.
 
-    Not finite if: a pixel's ray meets neither scene nor floor; that is its value, not a failure.
+    Not finite if: a pixel's ray hits neither scene nor floor, which is not an error.
     """
     return render_capsules(camera, robot, render_capsules(camera, people, render_scene(camera, scene)))

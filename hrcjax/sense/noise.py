@@ -1,4 +1,4 @@
-"""What a stereo depth camera makes of an exact depth image: the D435i's noise, holes and flying pixels."""
+"""Noise model of a stereo depth camera: the D435i's noise, holes and flying pixels, from an exact depth image."""
 
 import equinox as eqx
 import jax
@@ -9,22 +9,22 @@ from hrcjax.typing import Array, Bool, Float, PRNGKeyArray
 
 
 class NoiseParams(eqx.Module):
-    """Sizes of the errors. Values without another source: our estimates for a D435i."""
+    """Parameters of the noise model. Values without another source are our estimates for a D435i."""
 
     subpixel: float = 0.08
-    """Standard deviation s of the disparity, in pixels of the full sensor [px]."""
+    """Standard deviation s of the disparity at full resolution [px]."""
     focal: float = 385.0
-    """Focal length of the full sensor, which holds whatever the decimation [px]."""
+    """Focal length at full resolution, for any decimation [px]."""
     baseline: float = 0.05
     """Distance of the two imagers [m]."""
     step: float = 0.001
-    """Depth values are multiples of it [m]."""
+    """Quantisation step of depth [m]."""
     near: float = 0.28
-    """Least depth that is measured [m]."""
+    """Smallest measured depth [m]."""
     far: float = 6.0
-    """Greatest depth that is measured [m]."""
+    """Largest measured depth [m]."""
     edge: float = 0.06
-    """Difference of depth between neighbours that counts as an edge [m]."""
+    """Depth difference between neighbours that counts as an edge [m]."""
     flying: float = 0.25
     """Probability that a pixel at an edge lies somewhere between foreground and background [1]."""
 
@@ -35,10 +35,10 @@ def depth_deviation(depth: Float[Array, "*image"], params: NoiseParams) -> Float
 
 
 def shadow(depth: Float[Array, "height width"], camera: Camera, params: NoiseParams) -> Bool[Array, "height width"]:
-    """True where the right imager does not see what the left one, the reference, does: left of near edges.
+    """Stereo shadow: True where the right imager does not observe a surface of the left one, the reference: left of near edges.
 
-    Pixel u of depth Z is at u - f B / Z in the right image. It is hidden if a pixel to its right is there, or further
-    left.
+    Pixel u of depth Z is at u - f B / Z in the right image. It is occluded if a pixel to its right projects there, or
+    further left.
     """
     column = jnp.arange(camera.width).astype(depth.dtype)
     place = column - camera.fx * params.baseline / jnp.maximum(depth, 1e-3)
@@ -47,7 +47,7 @@ def shadow(depth: Float[Array, "height width"], camera: Camera, params: NoisePar
 
 
 def _neighbours(depth: Float[Array, "height width"]) -> tuple[Array, Array]:
-    """Least and greatest depth among a pixel and its four neighbours."""
+    """Smallest and largest depth of a pixel and its four neighbours."""
     padded = jnp.pad(depth, 1, mode="edge")
     around = (depth, padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:])
     least, greatest = around[0], around[0]
@@ -59,10 +59,10 @@ def _neighbours(depth: Float[Array, "height width"]) -> tuple[Array, Array]:
 def measure(
     depth: Float[Array, "height width"], camera: Camera, key: PRNGKeyArray, params: NoiseParams
 ) -> Float[Array, "height width"]:
-    """A measured depth image from an exact one [m]; 0 where there is no measurement, as the sensor says it.
+    """A measured depth image from an exact one [m]; 0: no measurement, as of the sensor.
 
-    Gaussian error of the disparity, flying pixels at edges, holes on the baseline's shadow side, range limits, and
-    rounding to `step`, whose derivative is taken as 1.
+    Gaussian disparity noise, flying pixels at edges, holes in the stereo shadow, range limits, and quantisation to `step`,
+    with a straight-through derivative of 1.
     """
     key_noise, key_edge = jax.random.split(key)
     finite = jnp.isfinite(depth)

@@ -1,4 +1,4 @@
-"""From a depth image to the points that matter: deproject, lose the robot, crop, keep what moved."""
+"""Point clouds from depth images: deprojection, removal of the robot's body, cropping, separation of moved points."""
 
 import jax
 import jax.numpy as jnp
@@ -21,8 +21,8 @@ def supported(
 ) -> Bool[Array, "height width"]:
     """True where at least `least` of a pixel's four neighbours have a depth within `gap` [m] of its own.
 
-    Drops flying pixels, which hang alone between foreground and background. What is less than two pixels wide is lost with
-    them: at a decimation of 4 and 1.5 m that is 3 cm, at 8 the papers' columns of 6 cm are nearly lost.
+    Drops flying pixels between foreground and background, and surfaces less than two pixels wide: at a decimation of 4 and
+    1.5 m that is 3 cm; at 8 the papers' columns of 6 cm are nearly lost.
     """
     padded = jnp.pad(jnp.where(valid_depth(depth), depth, jnp.inf), 1, constant_values=jnp.inf)
     own = padded[1:-1, 1:-1]
@@ -32,10 +32,10 @@ def supported(
 
 
 def deproject(camera: Camera, depth: Float[Array, "height width"]) -> Cloud:
-    """The points of a depth image, in the world; one a pixel, row by row. Points without depth lie at the camera.
+    """The points of a depth image in the world, one per pixel, row by row; masked where there is no depth.
 
     Raises:
-        ValueError: an image that is not of the camera's size.
+        ValueError: the image size differs from the camera's.
     """
     require_floating("deproject", depth=depth)
     if depth.shape != (camera.height, camera.width):
@@ -49,7 +49,7 @@ def deproject(camera: Camera, depth: Float[Array, "height width"]) -> Cloud:
 
 
 def remove_body(cloud: Cloud, body: Capsules, scale: Scalar = 1.1, pad: Scalar = 0.05) -> Cloud:
-    """The cloud without its points within scale x radius + pad [m] of the robot's capsules; not finite ones stay."""
+    """The cloud without its points within scale x radius + pad [m] of the robot's capsules; points that are not finite are kept."""
 
     def step(outside: Array, capsule: tuple[Array, Array, Array]) -> tuple[Array, None]:
         a, b, radius = capsule
@@ -61,7 +61,7 @@ def remove_body(cloud: Cloud, body: Capsules, scale: Scalar = 1.1, pad: Scalar =
 
 
 def crop(cloud: Cloud, lower: Vector3, upper: Vector3) -> Cloud:
-    """The cloud within an upright box [m]; points that are not a number stay, for nobody knows where they are."""
+    """The cloud within an axis-aligned box [m]; NaN points are kept, as their position is unknown."""
     outside = jnp.any((cloud.points < lower) | (cloud.points > upper), axis=-1)
     return Cloud(cloud.points, cloud.mask & ~outside)
 
@@ -69,7 +69,7 @@ def crop(cloud: Cloud, lower: Vector3, upper: Vector3) -> Cloud:
 def nearest_distance(points: Float[Array, "point 3"], cloud: Cloud, block: int = 8) -> Float[Array, "point"]:
     """Distance of each point to the nearest finite point of a cloud [m]; FAR if there is none.
 
-    Runs over the cloud in blocks with the points as the vector axis: no array of all pairs is made.
+    Loops over the cloud in blocks with the points as the vector axis, without an array of all pairs.
     """
     x, y, z = points[:, 0], points[:, 1], points[:, 2]
     count = cloud.mask.shape[0]
@@ -90,5 +90,5 @@ def nearest_distance(points: Float[Array, "point 3"], cloud: Cloud, block: int =
 
 
 def moved(cloud: Cloud, background: Cloud, threshold: Scalar) -> Cloud:
-    """The points farther than a threshold [m] from every point of the background; not finite ones stay."""
+    """The points farther than a threshold [m] from every point of the background; points that are not finite are kept."""
     return Cloud(cloud.points, cloud.mask & ~(nearest_distance(cloud.points, background) <= threshold))

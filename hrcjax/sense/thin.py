@@ -1,4 +1,4 @@
-"""Thin a cloud to one mean point a voxel, in a fixed number of places."""
+"""Voxel-grid downsampling of a cloud to one mean point per voxel, with fixed capacity."""
 
 import jax
 import jax.numpy as jnp
@@ -15,18 +15,18 @@ _NONE = (1 << 31) - 1
 def thin(
     cloud: Cloud, voxel: Scalar, capacity: int, centre: Vector3, least: Scalar = 1.0
 ) -> tuple[Cloud, Bool[Array, ""]]:
-    """The mean point of every voxel that holds at least `least` points, nearest to `centre` first.
+    """The mean point of every voxel with at least `least` points, nearest to `centre` first.
 
     Args:
         cloud: any cloud.
-        voxel: edge of the cubes, which count from the origin of the world [m].
-        capacity: places of the thinned cloud.
-        centre: whose surroundings matter most, such as the robot [m].
-        least: points under which a voxel is taken for noise [1].
+        voxel: edge of the voxels; the grid starts at the world's origin [m].
+        capacity: of the downsampled cloud.
+        centre: the nearest points to it are kept, such as the robot's position [m].
+        least: least points of a voxel, which is noise otherwise [1].
 
     Returns:
-        The thinned cloud, and whether anything was lost: more voxels than places, of which the nearest are kept, or
-        points more than 511 voxels from the centre, which are left out.
+        The downsampled cloud, and whether points were dropped: those beyond the capacity, or more than 511 voxels from the
+        centre.
 
     Raises:
         ValueError: a capacity under 1.
@@ -46,7 +46,7 @@ def thin(
     new = jnp.concatenate([jnp.ones((1,), bool), key[1:] != key[:-1]])
     group = jnp.cumsum(new.astype(jnp.int32)) - 1
     weight = (key != _NONE).astype(points.dtype)
-    # sums about the centre: small numbers, so that float32 keeps its digits
+    # sums relative to the centre, for float32 precision
     rows = jnp.concatenate([weight[:, None] * (sorted_points - centre), weight[:, None]], axis=-1)
     sums = jax.ops.segment_sum(rows, group, num_segments=count, indices_are_sorted=True)
     size = sums[:, 3]

@@ -1,4 +1,4 @@
-"""The cell: parameters, a world as sensed, one control tick, an episode as a scan of ticks, and its outcome."""
+"""The cell: parameters, sensing of a world, one control tick, an episode as a scan of ticks, and its outcome."""
 
 from hrcjax.sim.cell import Cell, World
 from hrcjax.sim.default_parts import (

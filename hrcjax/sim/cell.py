@@ -1,4 +1,4 @@
-"""What an episode happens in: the arm, the scene, the person, and what the camera saw of them."""
+"""The cell and its world: arm, scene, person, and the camera's frames of them."""
 
 from dataclasses import dataclass
 
@@ -22,11 +22,11 @@ class World(eqx.Module):
     """One scene with one person, sensed once and shared by all settings."""
 
     scene: Scene
-    """The truth about obstacles; the planner reads them as the task-space map, the metrics measure against them."""
+    """Exact obstacles: the task-space map of the planner, and the ground truth of the metrics."""
     person: Person
-    """The truth about the person; read by the metrics alone."""
+    """Exact person: ground truth of the metrics only."""
     frames: Frames
-    """What the camera delivered: static and moving points, stamps, validity."""
+    """The camera's frames: static and moving points, stamps, validity."""
     q_start: Joints
     """Joint angles at the start [rad]."""
 
@@ -39,7 +39,7 @@ class Cell:
     plan: PlanFn = POTENTIAL_PLANNER
     """The planner."""
     field: FieldPart = GP_FIELD
-    """The field that the arm reads."""
+    """The distance field that policy and safety read."""
     policy: PolicyFn = rmp_policy
     """The motion policy."""
     safety: SafetyPart = SEPARATION_MONITOR
@@ -47,27 +47,27 @@ class Cell:
     ticks: int = 1000
     """Control ticks of an episode."""
     dt: float = 0.008
-    """Control period: 125 Hz, what a UR5 controller takes [s]."""
+    """Control period: 125 Hz, as of a UR5 controller [s]."""
     substeps: int = 4
     """Steps of the arm's dynamics in a control period."""
     latency: float = 0.05
     """Time from the exposure of a frame to its use [s]."""
     metric_stride: int = 10
-    """Exact distances for the metrics are computed at every so many ticks."""
+    """Ticks between two evaluations of the exact distances for the metrics."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""
     static_points: int = STATIC_CAPACITY
-    """Places of the cloud of what stands still; a fuller one makes the arm hold."""
+    """Capacity of the cloud of static points; if it is exceeded, the arm holds."""
     moving_points: int = MOVING_CAPACITY
-    """Places of the cloud of what moves, for each person; a fuller one makes the arm hold."""
+    """Capacity of the cloud of moving points, per person; if it is exceeded, the arm holds."""
     people: int = 1
-    """How many people can be in the cell at once."""
+    """Largest number of people in the cell at once."""
     layout: MapLayout = CELL_LAYOUT
-    """The map's box, spacing and capacities; a map without places makes the arm hold."""
+    """The map's box, spacing and capacities; if a capacity is exceeded, the arm holds."""
 
     @property
     def control_offsets(self) -> np.ndarray:
-        """Places of the control points and the three tool points on their links [m]."""
+        """Positions of the control points and the three tool points in their link frames [m]."""
         tool = self.arm.tool_offset + TOOL_REACH * np.stack([np.zeros(3), *self.arm.tool_axes.T[:2]])
         return np.concatenate([self.arm.control_offsets, tool])
 
@@ -83,7 +83,7 @@ def newest_frame(
     """Index of the newest valid frame with stamp <= t, and its age [s]; no such frame: index 0 and age infinite.
 
     Args:
-        t: the times at which a frame would have had to be exposed to be in use [s].
+        t: latest exposure times of usable frames [s].
     """
     usable = valid[None, :] & (stamp[None, :] <= t[:, None])
     newest = jnp.argmax(jnp.where(usable, stamp[None, :], -jnp.inf), axis=1)

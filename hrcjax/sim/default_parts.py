@@ -1,4 +1,4 @@
-"""The parts that a cell has unless it is given others: the two papers' planner, field, policy and monitor."""
+"""The default parts of a cell: the two papers' planner, field, policy and monitor."""
 
 import jax
 import jax.numpy as jnp
@@ -35,7 +35,7 @@ def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
     """The improved artificial potential field with the bending-energy optimiser (Robotica 2025, section 2.3).
 
     Args:
-        sizes: steps, waypoints, iterations.
+        sizes: number of steps, waypoints and iterations.
     """
     chosen = PlanSizes() if sizes is None else sizes
 
@@ -51,14 +51,14 @@ def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
 def fit_fields(params: FieldParams, frames: Frames) -> Fields:
     """Gaussian-process distance fields of the static scene and of every frame's moving points (HRI 2025).
 
-    Depends on the field's parameters alone, so that settings which share these share the fields.
+    Depends only on the field's parameters, so that settings with the same ones share the fields.
     """
     moving = jax.lax.map(jax.checkpoint(lambda cloud: fit(cloud, params)), frames.moving)
     return Fields(static=fit(frames.static, params), moving=moving)
 
 
 def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
-    """Distances from one exponential per point of the clouds; the one to the person freed of the bias of convex bodies."""
+    """Distances from one exponential per point of the clouds; the person's is corrected for the bias of convex bodies."""
     d_all, g_all, d_person, g_person = union_distance_and_gradient(fields.static, fields.moving, x)
     return Reading(d_all, g_all, lower_bound(d_person, params.person_radius, params.length_scale), g_person)
 
@@ -85,5 +85,5 @@ def separation_monitor(
 
 
 POTENTIAL_PLANNER = potential_planner()
-GP_FIELD = FieldPart(fit_fields, read_fields)
+GP_FIELD = FieldPart(fit_fields, read_fields, unit_gradients=False)  # its gradient is used as it is
 SEPARATION_MONITOR = SafetyPart(initial_zone, separation_monitor, lambda params: params.ssm)

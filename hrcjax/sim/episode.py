@@ -17,7 +17,7 @@ from hrcjax.typing import Array, Joints
 
 
 class Episode(eqx.Module):
-    """What came of one run."""
+    """Result of an episode."""
 
     path: PathResult
     """The plan."""
@@ -28,18 +28,17 @@ class Episode(eqx.Module):
 
 
 def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
-    """The tool's path through the scene's obstacles (the task-space map, taken as known)."""
+    """The tool path through the scene's obstacles (the task-space map, given, not sensed)."""
     return cell.plan(params.plan, Task(world.scene, world.q_start))
 
 
 def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode:
     """Plan a path and follow it beside the person for `cell.ticks` control periods.
 
-    Reverse mode keeps one state per tick and computes each tick again (`jax.checkpoint`), so memory grows by the size of
-    `TickState` alone.
+    Reverse mode stores one `TickState` per tick and recomputes each tick (`jax.checkpoint`).
 
     Args:
-        fields: of `cell.field.fit(params.field, world.frames)`; apart, so that a batch can share them.
+        fields: result of `cell.field.fit(params.field, world.frames)`, an argument so that a batch can share it.
     """
     path = plan_path(params, cell, world)
     final, record = follow(params, cell, path_curve(path.waypoints), world.frames, world.q_start, fields)
@@ -52,17 +51,22 @@ def follow(
     """Follow a path for `cell.ticks` control periods: the state after the last tick, and every tick.
 
     Args:
-        curve: the tool's path.
-        frames: stamps and validity of what the camera delivered.
-        q_start: joint positions at the start, and the posture to draw to [rad].
+        curve: the tool path.
+        frames: stamps and validity of the camera's frames.
+        q_start: joint positions at the start, and the preferred posture [rad].
         fields: fitted to the points of the frames.
     """
     R_goal, _ = tool_frame(cell.arm, q_start)
     exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
 
+    rows = {a.shape[:1] for a in jax.tree.leaves(fields.moving)} - {frames.stamp.shape}
+    if rows:
+        raise ValueError(
+            f"Fields.moving has leaves of {rows.pop()} rows; accepted: one per frame, {frames.stamp.shape}"
+        )
     lost = frames.overflow | frames.static_overflow
-    # What each tick sees is gathered before the scan: within it, the derivative would touch all frames at every tick.
+    # The frame of each tick is gathered before the scan: inside, the derivative would touch all frames at every tick.
     seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, ~lost[index])
 
     def one(state: TickState, seen: tuple[Any, Array, Array]) -> tuple[TickState, Record]:

@@ -1,4 +1,4 @@
-"""What is kept of an episode: its measures, against the truth, and thinned traces."""
+"""The outcome of an episode: metrics against the ground truth, and downsampled traces."""
 
 import equinox as eqx
 import jax
@@ -19,20 +19,20 @@ from hrcjax.world import capsules_obstacle_distances, person_at
 REACHED = 0.02
 """Distance of the tool to the goal that counts as reached [m]."""
 MOVING = 0.05
-"""Speed of a joint from which on the arm does not stand [rad/s]."""
+"""Joint speed above which the arm counts as moving [rad/s]."""
 
 
 class Traces(eqx.Module):
-    """Thinned arrays over time, and the plan. A sweep stores them under these names, with these docstrings and units."""
+    """Downsampled arrays over time, and the plan. A sweep stores them under these names, with these docstrings and units."""
 
     plan: Float[Array, "waypoint 3"]
-    """Planned path of the tool [m]."""
+    """Planned tool path [m]."""
     tool: Float[Array, "time 3"]
     """Position of the tool [m]."""
     separation_t: Float[Array, "time"]
-    """True distance of the arm to the person [m]."""
+    """Exact distance of the arm to the person [m]."""
     clearance_t: Float[Array, "time"]
-    """True distance of the arm to the obstacles [m]."""
+    """Exact distance of the arm to the obstacles [m]."""
     speed: Float[Array, "time"]
     """Speed of the tool [m/s]."""
     speed_limit: Float[Array, "time"]
@@ -44,14 +44,14 @@ class Traces(eqx.Module):
 
 
 class Outcome(eqx.Module):
-    """Measures, traces and status of one setting."""
+    """Metrics, traces and status of one setting."""
 
     metrics: EpisodeMetrics
     traces: Traces
     run_status: Int[Array, ""]
-    """Bits of the ticks' status, any tick."""
+    """Bits of the tick status, combined over all ticks."""
     hit: Bool[Array, ""]
-    """Whether arm and person touched while the arm moved; people who are played back also run into a standing one."""
+    """Whether arm and person touched while the arm moved; a played-back person may also run into a stationary arm."""
 
 
 def true_distances(cell: Cell, world: World, q: Joints, t: Scalar) -> tuple[Array, Array]:
@@ -61,12 +61,13 @@ def true_distances(cell: Cell, world: World, q: Joints, t: Scalar) -> tuple[Arra
     between = jax.vmap(jax.vmap(capsule_distance, (None, None, None, 0, 0, 0)), (0, 0, 0, None, None, None))
     to_person = between(arm.a, arm.b, arm.radius, person.a, person.b, person.radius)
     to_person = jnp.where(person.radius[None, :] < 0, FAR, to_person)
-    moving = Capsules(*(x[1:] for x in (arm.a, arm.b, arm.radius)))
+    fixed = sum(link < 0 for link in cell.arm.capsule_links)  # the base comes first
+    moving = Capsules(*(x[fixed:] for x in (arm.a, arm.b, arm.radius)))
     return jnp.min(to_person), jnp.min(capsules_obstacle_distances(world.scene, moving), axis=0)
 
 
 def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
-    """The measures of an episode, against the truth of the world."""
+    """The metrics of an episode, against the ground truth of the world."""
     record, k = run.record, cell.metric_stride
     dtype = record.q.dtype
     times = jnp.asarray(cell.times[::k], dtype)

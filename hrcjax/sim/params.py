@@ -1,4 +1,4 @@
-"""Every number of the method as one pytree: what is swept, and what is tuned by gradient."""
+"""All parameters of the method as one pytree, for sweeps and for tuning by gradient."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from hrcjax.safety import ClockParams, SafetyParams
 
 
 class MotionParams(eqx.Module):
-    """How the arm follows its path and how its joint servo works."""
+    """Parameters of path following and joint servo."""
 
     speed: float = 0.25
     """Speed of the reference along the path when nobody is near: the reduced speed of ISO 10218-1 [m/s]."""
@@ -20,14 +20,14 @@ class MotionParams(eqx.Module):
     servo_gain: float = 40.0
     """Velocity feedback of the joint servo [1/s]."""
     clock: ClockParams = eqx.field(default_factory=ClockParams)
-    """Path clock: how fast the reference speeds up and brakes."""
+    """Path clock: acceleration and braking of the reference."""
 
 
 def following_policy() -> PolicyParams:
-    """The policy's defaults in this cell, where they depart from the human-robot system's own.
+    """The policy's defaults in this cell, where they differ from those of the HRI paper's system.
 
-    There a distant goal is approached at leisure, and control spheres are up to 0.12 m; here a moving reference is
-    followed to about a centimetre, and spheres fit the links, so that the push may begin nearer.
+    There a distant goal is approached slowly, and control spheres are up to 0.12 m; here a moving reference is tracked to
+    about a centimetre, and the spheres fit the links, so that repulsion may begin nearer.
     """
     return PolicyParams(
         target=TargetParams(kp=2.0, kd=4.0, eps=0.02, metric_max=10.0),
@@ -38,16 +38,16 @@ def following_policy() -> PolicyParams:
 class Params(eqx.Module):
     """All numeric parameters by dotted name, for example `plan.potential.k_att`. Each leaf can be swept.
 
-    The first four are whatever pytree of floats the cell's own part takes (`hrcjax.sim.parts`).
+    The first four are the parameters of the cell's parts (`hrcjax.sim.parts`), any pytrees of floats.
     """
 
     plan: Any = eqx.field(default_factory=PlanParams)
-    """Of the planner; by default potential field and path optimiser."""
+    """Planner; by default potential field and path optimiser."""
     field: Any = eqx.field(default_factory=FieldParams)
-    """Of the field that the arm reads; by default the Gaussian-process distance field."""
+    """Distance field; by default the Gaussian-process distance field."""
     policy: Any = eqx.field(default_factory=following_policy)
-    """Of the motion policy; by default Riemannian motion policies."""
+    """Motion policy; by default Riemannian motion policies."""
     safety: Any = eqx.field(default_factory=SafetyParams)
-    """Of the safety monitor; by default speed and separation, zones."""
+    """Safety monitor; by default speed and separation monitoring with zones."""
     motion: MotionParams = eqx.field(default_factory=MotionParams)
     """Path following and joint servo."""

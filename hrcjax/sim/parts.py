@@ -1,9 +1,9 @@
-"""The parts of a cell that can be exchanged: what each is asked, and what it answers.
+"""The interfaces of the exchangeable parts of a cell.
 
-A part is a function, or a few that belong together. Its first argument is its own numbers: `Params.plan`, `Params.field`,
-`Params.policy` or `Params.safety`, any pytree of floats whose leaves a sweep and a gradient reach by their dotted names.
-The guards stay in the control tick, outside of the parts: commands and readings that are not finite, the limits of the
-joints, the speed governor. No part can switch them off.
+A part is a function, or a few that belong together. Its first argument is its own parameters: `Params.plan`, `Params.field`,
+`Params.policy` or `Params.safety`, any pytree of floats whose leaves a sweep and a gradient access by their dotted names.
+The guards are in the control tick, outside of the parts: commands and readings that are not finite, joint limits, the speed
+governor. No part can disable them.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from hrcjax.world import Scene, obstacle_distances
 
 
 class Task(eqx.Module):
-    """What a planner is asked for: the way of the tool from start to goal, among obstacles that it is told of."""
+    """A planning problem: the tool path from start to goal among known obstacles."""
 
     scene: Scene
     """Start, goal, bounds and obstacles: the task-space map."""
@@ -36,7 +36,7 @@ class Task(eqx.Module):
 
 
 PlanFn = Callable[[Any, Task], PathResult]
-"""(Params.plan, task) -> the path of the tool. `path_through` makes the result from waypoints."""
+"""(Params.plan, task) -> the tool path. `path_through` builds the result from waypoints."""
 
 
 def path_through(task: Task, waypoints: Float[Array, "waypoint 3"]) -> PathResult:
@@ -51,23 +51,24 @@ def path_through(task: Task, waypoints: Float[Array, "waypoint 3"]) -> PathResul
 
 
 class Fields(eqx.Module):
-    """What was made of all frames of a world, once for all settings that share the field's numbers."""
+    """Fields fitted to all frames of a world, shared by all settings with the same field parameters."""
 
     static: Any
-    """Any pytree: the same at all times, such as the field of the scene without the person."""
+    """Any pytree that does not depend on time, such as the field of the scene without the person."""
     moving: Any
     """Any pytree whose leaves have one row per frame; a tick gets the row of the newest frame."""
 
 
 class Reading(eqx.Module):
-    """What is known at one point. Gradients point away from the surface."""
+    """Reading of the field at one point. Gradients point away from the surface."""
 
     distance: Float[Array, "*point"]
-    """Distance to the nearest surface of anything [m]."""
+    """Distance to the nearest surface, of obstacles or people [m]."""
     gradient: Float[Array, "*point 3"]
     """Its gradient [1]."""
     person_distance: Float[Array, "*point"]
-    """Distance to the person, or to whatever moves; should never be more than the true one. Far away if nobody is there [m]."""
+    """Distance to the person, or to all moving points; should be a lower bound of the true one. Finite: about 10 m
+    if nobody is present [m]."""
     person_gradient: Float[Array, "*point 3"]
     """Its gradient [1]."""
 
@@ -80,14 +81,17 @@ ReadFn = Callable[[Any, Fields, Vector3], Reading]
 
 @dataclass(frozen=True)
 class FieldPart:
-    """The field that the arm reads."""
+    """A distance field: fitted once, read at every tick."""
 
     fit: FitFn
     read: ReadFn
+    unit_gradients: bool = True
+    """Whether the tick makes the gradient of the distance to the person a unit vector, wherever it is at least 1/2 long:
+    approach and speed governor measure along it, and a shorter one would let the arm approach too fast."""
 
 
 class ArmMotion(eqx.Module):
-    """The arm as measured."""
+    """The measured state of the arm."""
 
     q: Joints
     """Joint positions [rad]."""
@@ -100,7 +104,7 @@ class ArmMotion(eqx.Module):
 
 
 class Goal(eqx.Module):
-    """Where the three tool points should be now."""
+    """Reference motion of the three tool points."""
 
     x: Float[Array, "goal 3"]
     """Positions [m]."""
@@ -109,14 +113,14 @@ class Goal(eqx.Module):
     xdd: Float[Array, "goal 3"]
     """Accelerations [m/s^2]."""
     posture: Joints
-    """Joint positions to prefer where the goal leaves a choice [rad]."""
+    """Preferred joint positions, for redundancy [rad]."""
 
 
 class Clearance(eqx.Module):
-    """How much room the control spheres have."""
+    """Distances of the control spheres."""
 
     distance: Float[Array, "point"]
-    """Distance of each sphere's surface to anything; negative inside [m]."""
+    """Distance of each sphere's surface to the nearest surface; negative inside [m]."""
     gradient: Float[Array, "point 3"]
     """Gradient of that distance: away from the obstacle [1]."""
     person_distance: Float[Array, "point"]
@@ -126,34 +130,34 @@ class Clearance(eqx.Module):
 
 
 PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]
-"""(Params.policy, arm, goal, clearance, limits) -> joint acceleration asked for [rad/s^2]. It need not keep the limits."""
+"""(Params.policy, arm, goal, clearance, limits) -> desired joint acceleration [rad/s^2]. It need not respect the limits."""
 
 
 class Separation(eqx.Module):
-    """What a safety monitor is told in one tick."""
+    """Input of a safety monitor in one tick."""
 
     distance: Float[Array, "point"]
     """Distance of every control point's surface to the person [m]."""
     approach: Float[Array, "point"]
     """Speed of every control point towards the person [m/s]."""
     age: Float[Array, ""]
-    """Age of the data about the person; infinite: there are none [s]."""
+    """Age of the person data; infinite: there are none [s]."""
     valid: Bool[Array, ""]
-    """False where the frame lost points for want of places."""
+    """False where the frame dropped points for lack of capacity."""
     dt: Scalar
     """Time since the last tick [s]."""
 
 
 @dataclass(frozen=True)
 class SafetyPart:
-    """The safety monitor, with what it remembers from tick to tick."""
+    """A safety monitor with memory."""
 
     start: Callable[[Any], Any]
     """(dtype) -> the memory before the first tick: any pytree."""
     decide: Callable[[Any, Any, Separation], tuple[Any, SafetyDecision]]
-    """(Params.safety, memory, separation) -> memory after the tick, and what is allowed in it."""
+    """(Params.safety, memory, separation) -> memory after the tick, and the decision for it."""
     yardstick: Callable[[Any], SsmParams] = lambda params: SsmParams()
-    """(Params.safety) -> the speed-and-separation figures by which the metrics judge the run."""
+    """(Params.safety) -> the speed-and-separation parameters that the metrics use."""
 
 
 def all_finite(*arrays: Array) -> Bool[Array, ""]:

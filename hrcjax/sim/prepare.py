@@ -1,4 +1,4 @@
-"""A world made ready for episodes: where the arm starts, and what the camera sees before and while it moves."""
+"""Preparation of a world for episodes: start configuration of the arm, and sensing before and during its motion."""
 
 from functools import partial
 
@@ -15,18 +15,18 @@ from hrcjax.typing import Array, Float, Joints, PRNGKeyArray, Vector3
 from hrcjax.world import Person, Scene
 
 FRAME_RATE = 30.0
-"""Frames a second of the camera [Hz]."""
+"""Frame rate of the camera [Hz]."""
 FRAMES_BEFORE = 3
-"""Frames that the camera has delivered when the episode begins."""
+"""Frames available at the start of the episode."""
 POSE_ERROR = (1e-3, 1e-2)
-"""Errors of position [m] and rotation [rad] up to which a pose counts as reached."""
+"""Tolerances of position [m] and rotation [rad] for a pose to count as reached."""
 
 
 def posture_at(cell: Cell, x: Vector3) -> Joints:
-    """Joint positions that bring the tool to x, pointing down, the elbow up as at home [rad].
+    """Joint positions with the tool at x pointing down, elbow up as in the home posture [rad].
 
     Raises:
-        ValueError: out of reach. Needs concrete values: call it outside jit.
+        ValueError: out of reach, or only beyond the range of a joint. Needs concrete values: call it outside jit.
     """
     arm = cell.arm
     q, position_error, rotation_error = _reach(arm, x)
@@ -35,11 +35,17 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
         raise ValueError(
             f"the {arm.variant} can't reach ({place}) m with the tool down; nearest {position_error:.3f} m away"
         )
+    beyond = np.maximum(np.asarray(q) - arm.q_max, arm.q_min - np.asarray(q))
+    if beyond.max() > 0:
+        place, joint = ", ".join(f"{v:.3f}" for v in np.asarray(x)), int(np.argmax(beyond)) + 1
+        raise ValueError(
+            f"the {arm.variant} reaches ({place}) m with the tool down only {beyond.max():.3f} rad beyond the range of joint {joint}"
+        )
     return q
 
 
 def frame_stamps(cell: Cell, dtype: jnp.dtype) -> Float[Array, "frame"]:
-    """When the camera takes its images: from a little before the episode to its end [s]."""
+    """Stamps of the camera's images: from shortly before the episode to its end [s]."""
     count = FRAMES_BEFORE + int(np.ceil(cell.ticks * cell.dt * FRAME_RATE))
     return jnp.asarray((np.arange(count) - FRAMES_BEFORE) / FRAME_RATE, dtype)
 
@@ -47,9 +53,9 @@ def frame_stamps(cell: Cell, dtype: jnp.dtype) -> Float[Array, "frame"]:
 def nominal_motion(
     q_start: Joints, q_goal: Joints, t: Float[Array, "frame"], duration: float
 ) -> Float[Array, "frame joint"]:
-    """A robot that goes straight in joint space from start to goal with minimum jerk: what the camera sees of it [rad].
+    """Nominal robot motion in the camera images: straight in joint space from start to goal with minimum jerk [rad].
 
-    Sensing is shared by all settings of a world, so the robot in the picture is this one and not each setting's own.
+    Sensing is shared by all settings of a world, so the images show this robot and not that of each setting.
     """
     u = jnp.clip(t / duration, 0.0, 1.0)[:, None]
     return q_start + (10 * u**3 - 15 * u**4 + 6 * u**5) * (q_goal - q_start)
@@ -89,7 +95,7 @@ def _sense(
     key: PRNGKeyArray,
     params: SenseParams,
 ) -> Frames:
-    """One compiled program for all worlds of one size: op by op this would take minutes."""
+    """One compiled program for all worlds of one size: without jit this would take minutes."""
     robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
     return sense_sequence(camera, scene, person, robot, stamps, key, params, *sizes)
 

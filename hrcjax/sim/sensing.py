@@ -1,7 +1,7 @@
-"""What the camera tells of a world: every image goes through the map, and the map tells what stands and what moves.
+"""Sensing of a world: every camera image is fused into the map, which separates static from moving points.
 
-The truth of scene and person enters by the camera's image alone. Sensing does not depend on the settings of a sweep: it
-is done once for each scene and person.
+The exact scene and person enter only by the camera images. Sensing does not depend on the settings of a sweep: it is done
+once for each scene and person.
 """
 
 import equinox as eqx
@@ -34,20 +34,20 @@ from hrcjax.world import Person, Scene
 from hrcjax.world.person import person_at
 
 STATIC_CAPACITY = 128
-"""Places of the static cloud."""
+"""Default capacity of the static cloud."""
 MOVING_CAPACITY = 576
-"""Places of a moving cloud."""
+"""Default capacity of a cloud of moving points."""
 SETUP_FRAMES = 9
-"""Images of the cell with nobody in it, before anybody comes."""
+"""Images of the empty cell before the person enters."""
 MAP_POINTS = 3072
-"""Points of the map that are looked at."""
+"""Capacity for the points read from the map."""
 TILE_COLUMNS = 80
-"""Tiles that an image is thinned to, along its width, or more."""
+"""Least number of tiles along the width of an image."""
 CELL_LAYOUT = MapLayout(
     lower=(-2.0, -2.0, 0.0), shape=(20, 20, 8), spacing=0.05, capacity=256, levels=2, seen=256, born=128, refitted=0
 )
-"""A map of the surroundings of the arm's base. The fields of the settings are fitted to its points, with weights of their
-own."""
+"""A map of the surroundings of the arm's base. The fields of the settings are fitted to its points, with their own
+weights."""
 
 
 def cell_frame_params() -> FrameParams:
@@ -58,48 +58,48 @@ def cell_frame_params() -> FrameParams:
 
 
 class SenseParams(eqx.Module):
-    """What counts in the cell, and the camera's errors."""
+    """Parameters of sensing: crop box, separation of moving points, camera noise."""
 
     frame: FrameParams = eqx.field(default_factory=cell_frame_params)
-    """From image to map."""
+    """Parameters of fusing an image into the map."""
     threshold: float = 0.08
-    """A point farther than this from what stood there before anybody came moves; recommended for depth cameras [m]."""
+    """A point farther than this from all static points is a moving point; a usual value for depth cameras [m]."""
     memory: float = 2.0
-    """Frames after which what moved, and is hidden by another surface since, is forgotten: people hide where they were a
-    moment ago. What the robot hides is kept [1]."""
+    """Frames after which moving points that another surface occludes are removed: people occlude where they were a moment
+    ago. Points that the robot occludes are kept [1]."""
     table_margin: float = 0.03
-    """Points lower than this over the table's top are cropped: noise makes the table thick [m]."""
+    """Points lower than this above the table top are cropped, because of noise [m]."""
     reach: float = 2.0
-    """Half width of the crop box about the robot's base, in x and y [m]."""
+    """Half width of the crop box around the robot's base, in x and y [m]."""
     ceiling: float = 1.3
-    """Height of the crop box over the table [m]."""
+    """Height of the crop box above the table [m]."""
     noise: NoiseParams = NoiseParams()
-    """The camera's errors."""
+    """Noise of the camera."""
 
 
 class Frames(eqx.Module):
-    """All that was sensed of one scene and one person."""
+    """All sensed data of one scene and one person."""
 
     static: Cloud
-    """What stood there before anybody came."""
+    """Static points: observed before the person enters."""
     moving: Cloud
-    """What does not belong to it, frame by frame: (frame point)."""
+    """Moving points: all others, frame by frame, (frame point)."""
     stamp: Float[Array, "frame"]
     """When each frame was taken [s]."""
     valid: Bool[Array, "frame"]
-    """False where a frame must not be believed: it says nothing, not that nobody is there."""
+    """False where a frame is invalid: it carries no information, also not that nobody is present."""
     overflow: Bool[Array, "frame"]
-    """True where points were left out for want of places, in the cloud or in the map; of the cloud the nearest to the
-    robot's base were kept."""
+    """True where points were dropped for lack of capacity, in the cloud or in the map; the cloud keeps the points nearest to
+    the robot's base."""
     static_overflow: Bool[Array, ""]
     """The same for the static cloud."""
     map: FieldMap | None = None
-    """The map when the set-up ended: what a field made of the map itself reads. Its weights are fitted only where
-    `MapLayout.refitted` of the cell is not 0. None: these frames come from elsewhere."""
+    """The map after the set-up frames, for fields that read the map itself. Its weights are fitted only if
+    `MapLayout.refitted` of the cell is not 0. None: the frames have no map."""
 
 
 def crop_box(params: SenseParams, dtype: jnp.dtype) -> tuple[Vector3, Vector3]:
-    """Lower and upper corner of the part of the cell that counts [m]."""
+    """Minimum and maximum corner of the crop box [m]."""
     lower = jnp.stack([jnp.asarray(v, dtype) for v in (-params.reach, -params.reach, params.table_margin)])
     upper = jnp.stack([jnp.asarray(v, dtype) for v in (params.reach, params.reach, params.ceiling)])
     return lower, upper
@@ -117,26 +117,26 @@ def sense_sequence(
     static_capacity: int = STATIC_CAPACITY,
     moving_capacity: int = MOVING_CAPACITY,
 ) -> Frames:
-    """Everything the camera says about a scene and a person; one image at every stamp, each taken into the map.
+    """Senses a scene and a person: one image at every stamp, each fused into the map.
 
-    What stands there is what the map has seen again in `SETUP_FRAMES` images of the cell with nobody in it. What the
-    robot hides in these is missing, and will be taken for moving when it is seen later: the safe side. What is hidden
-    later, behind the robot for instance, stays where it was last seen.
+    Static points are those observed repeatedly in `SETUP_FRAMES` images of the empty cell. Surfaces that the robot occludes
+    in these are missing, and become moving points when observed later, which is conservative. Points that are occluded
+    later, for instance by the robot, stay where they were last observed.
 
     Args:
-        camera: where it is seen from.
-        scene: what stands there.
-        person: who moves there.
-        robot: the arm's capsules at every stamp (frame capsule). The empty cell is taken with the first of them.
+        camera: its pose and intrinsics.
+        scene: static obstacles.
+        person: motion of the person.
+        robot: the arm's capsules at every stamp (frame capsule). The empty cell is observed with the first of them.
         stamps: times of the images, increasing [s].
-        key: of the noise.
-        params: sizes.
+        key: random key of the noise.
+        params: parameters of sensing.
         layout: of the map.
-        static_capacity: places of the static cloud.
-        moving_capacity: places of each moving cloud.
+        static_capacity: capacity of the static cloud.
+        moving_capacity: capacity of each cloud of moving points.
 
     Raises:
-        ValueError: not as many poses of the arm as stamps.
+        ValueError: the number of arm poses differs from that of stamps.
     """
     if robot.radius.shape[0] != stamps.shape[0]:
         raise ValueError(f"{robot.radius.shape[0]} poses of the arm for {stamps.shape[0]} stamps")
@@ -153,8 +153,8 @@ def sense_sequence(
     def frame(
         known: tuple[FieldMap, StreamState, FieldMap], item: tuple[Array, Array, Capsules, PRNGKeyArray]
     ) -> tuple[tuple[FieldMap, StreamState, FieldMap], tuple[MapPoints, Array, Array]]:
-        """The map after one more image and the one of the set-up; points, whether the image was believed, whether the map
-        lacks places."""
+        """The map after one more image and that of the set-up; points, whether the image was accepted, whether the map
+        exceeded a capacity."""
         stamp, there, arm, frame_key = item
         body = person_at(person, stamp)
         body = Capsules(body.a, body.b, jnp.where(there, body.radius, -1.0))
@@ -174,7 +174,7 @@ def sense_sequence(
 
     setup = jax.tree.map(lambda a: a[SETUP_FRAMES - 1], points)
     stood = Cloud(setup.cloud.points, setup.cloud.mask & (setup.label == STATIC))
-    static, left_out = thin(stood, layout.spacing, static_capacity, centre)
+    static, static_dropped = thin(stood, layout.spacing, static_capacity, centre)
 
     def moving_points(points: MapPoints) -> tuple[Cloud, Array]:
         cloud = Cloud(points.cloud.points, points.cloud.mask & (points.unmet.astype(dtype) < params.memory))
@@ -182,7 +182,7 @@ def sense_sequence(
 
     short, then = short | points.more, jax.tree.map(lambda a: a[SETUP_FRAMES:], points)
     moving, overflow = jax.lax.map(moving_points, then)
-    static_overflow = left_out | jnp.any(short[:SETUP_FRAMES])
+    static_overflow = static_dropped | jnp.any(short[:SETUP_FRAMES])
     return Frames(
         static, moving, stamps, believed[SETUP_FRAMES:], overflow | short[SETUP_FRAMES:], static_overflow, settled
     )

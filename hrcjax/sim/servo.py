@@ -1,4 +1,4 @@
-"""The joint servo: torques that follow a commanded acceleration within the motors' limits."""
+"""The joint servo: torques that track a commanded acceleration within the motors' limits."""
 
 import jax
 import jax.numpy as jnp
@@ -14,8 +14,8 @@ def servo(
     """The arm one control period later, under computed torque with velocity feedback at every substep.
 
     tau = ID(q, qd, qdd_cmd + gain (qd_ref - qd)), clipped to the motors' limits; qd_ref grows from the measured speed by
-    qdd_cmd. A torque that is not finite is replaced by the torque that holds against gravity, and that by 0 where
-    the arm's position is not known: its brakes must close.
+    qdd_cmd. A torque that is not finite is replaced by gravity compensation, or by 0 where the arm's position is
+    not finite: its brakes must engage.
 
     Returns:
         the state, the torque at the start [N m], whether a torque was clipped, whether one was not finite.

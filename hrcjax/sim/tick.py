@@ -1,4 +1,4 @@
-"""One control period: read the field, decide the speed, ask the policy, guard the command, move the arm."""
+"""One control period: field reading, safety decision, policy, guards, joint servo."""
 
 from typing import Any
 
@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
+from hrcjax.numerics import safe_norm
 from hrcjax.plan import PathCurve
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
@@ -21,38 +22,40 @@ from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vect
 NOT_FINITE_COMMAND = 1
 TORQUE_LIMITED = 2
 NOT_FINITE_TORQUE = 4
+NOT_FINITE_READING = 8
 STATUS_WORDS = {
     NOT_FINITE_COMMAND: "command not finite",
     TORQUE_LIMITED: "torque limited",
     NOT_FINITE_TORQUE: "torque not finite",
+    NOT_FINITE_READING: "reading of the person or speed limit not finite",
 }
-"""Words of a tick's status, for `hrcjax.bits.words`."""
+"""Bit of a tick's status -> text, for `hrcjax.bits.words`."""
 
 
 class TickState(eqx.Module):
-    """What one control period hands to the next."""
+    """State carried from one control period to the next."""
 
     arm: ArmState
-    """The arm as measured."""
+    """The measured state of the arm."""
     clock: ClockState
-    """How far along the path the reference is."""
+    """Progress of the reference along the path."""
     safety: Any
-    """What the safety monitor remembers."""
+    """Memory of the safety monitor."""
 
 
 class Sensed(eqx.Module):
-    """What perception knows at one tick."""
+    """Sensed data at one tick."""
 
     fields: Fields
-    """What was made of the frames; of what moves the row of the newest one."""
+    """Fitted fields; of the moving ones the row of the newest frame."""
     age: Float[Array, ""]
     """Age of that frame; infinite: there is none [s]."""
     valid: Bool[Array, ""]
-    """False where the frame lost points for want of room."""
+    """False where the frame dropped points for lack of capacity."""
 
 
 class Record(eqx.Module):
-    """What one tick leaves behind; an episode stacks them over time."""
+    """Record of one tick; an episode stacks them over time."""
 
     q: Float[Array, "*time joint"]
     """Joint positions at the start of the tick [rad]."""
@@ -65,23 +68,23 @@ class Record(eqx.Module):
     tool: Float[Array, "*time 3"]
     """Tool point [m]."""
     reference: Float[Array, "*time 3"]
-    """Where the path clock wants the tool [m]."""
+    """Reference position of the tool, from the path clock [m]."""
     travelled: Float[Array, "*time"]
     """Arc length of the reference [m]."""
     separation: Float[Array, "*time"]
-    """Distance arm to person as the field has it, lower bound [m]."""
+    """Lower bound of the distance from arm to person, from the field [m]."""
     field_clearance: Float[Array, "*time"]
-    """Distance arm to anything as the field has it [m]."""
+    """Distance from arm to the nearest surface, from the field [m]."""
     approach: Float[Array, "*time"]
     """Largest speed of a control point towards the person [m/s]."""
     speed_limit: Float[Array, "*time"]
-    """What the safety monitor allowed [m/s]."""
+    """Speed towards the person allowed by the safety monitor [m/s]."""
     zone: Int[Array, "*time"]
     """0 green, 1 yellow, 2 red, 3 stop."""
     reasons: Int[Array, "*time"]
-    """Bits of why the arm was stopped; words by `hrcjax.safety.describe`."""
+    """Bits of the reasons for a stop; text by `hrcjax.safety.describe`."""
     status: Int[Array, "*time"]
-    """Bits of what the guards had to do; words: `STATUS_WORDS`."""
+    """Bits of guard interventions; text in `STATUS_WORDS`."""
 
 
 def joint_limits(cell: Cell, dtype: jnp.dtype) -> JointLimits:
@@ -91,7 +94,7 @@ def joint_limits(cell: Cell, dtype: jnp.dtype) -> JointLimits:
 
 
 def tool_axes(x: Vector3, R: Matrix3, reach: float = TOOL_REACH) -> Float[Array, "3 3"]:
-    """The tool point and the points `reach` along its x and y axes: three goals that fix a pose [m]."""
+    """The tool point and the points `reach` along its x and y axes: three goal points that fix a pose [m]."""
     return x + reach * jnp.stack([jnp.zeros_like(x), R[:, 0], R[:, 1]])
 
 
@@ -105,27 +108,33 @@ def tick(
 ) -> tuple[TickState, Record]:
     """One control period of `cell.dt`.
 
-    The order: kinematics of the control points; the field's reading at each; the safety monitor; the path clock; the
-    motion policy; then the guards, which belong to no part: limits of the joints, speed governor, replacement of what is
-    not finite, and a hold where a reading of the person or a limit of the monitor is not finite; last the joint servo.
+    Order: kinematics of the control points; field reading at each; safety monitor; path clock; motion policy; the guards,
+    which belong to no part: joint limits, speed governor, replacement of values that are not finite, and a hold where a
+    reading of the person or a limit of the monitor is not finite; joint servo.
 
     Args:
-        curve: path of the tool by arc length.
-        R_goal: orientation of the tool, held along the path.
-        posture: joint positions that the posture leaf draws to [rad].
+        curve: tool path by arc length.
+        R_goal: orientation of the tool, constant along the path.
+        posture: preferred joint positions of the posture leaf [rad].
     """
     q, qd = state.arm.q, state.arm.qd
     dt = cell.dt
     body, tool = control_motion(cell, q, qd)
     radii = jnp.asarray(cell.arm.control_radii, q.dtype)
-    surface = radii + COVER_MARGIN  # the arm is nowhere farther out
+    surface = radii + COVER_MARGIN  # an upper bound of the arm's surface
 
     seen = jax.vmap(lambda x: cell.field.read(params.field, sensed.fields, x))(body.x)
-    room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, seen.person_gradient)
+    if seen.distance.shape != radii.shape or seen.person_gradient.shape != body.x.shape:
+        raise ValueError(
+            "the field reads no Reading of one point; accepted: distances of shape (), gradients of shape (3,)"
+        )
+    away = unit_where_long(seen.person_gradient) if cell.field.unit_gradients else seen.person_gradient
+    room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, away)
     approach = -jnp.sum(room.person_gradient * body.xd, axis=-1)
     separation = Separation(room.person_distance, approach, sensed.age, sensed.valid, dt)
     memory, decision = cell.safety.decide(params.safety, state.safety, separation)
-    hold = decision.hold | ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
+    unread = ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
+    hold = decision.hold | unread
 
     s = state.clock.s
     reference = curve.point(s)
@@ -140,6 +149,8 @@ def tick(
         tool_axes(reference, R_goal), jnp.broadcast_to(velocity, (3, 3)), jnp.broadcast_to(acceleration, (3, 3)), posture
     )  # fmt: skip
     asked = cell.policy(params.policy, ArmMotion(q, qd, tool, body), goal, room, limits)
+    if asked.shape != q.shape:
+        raise ValueError(f"the policy returns shape {asked.shape}; accepted: {q.shape}, an acceleration of each joint")
     brake = full_brake(qd, limits, dt)
     safe, bad = guard(asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
@@ -152,7 +163,14 @@ def tick(
     bad = bad | unbounded
 
     arm, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
-    status = pack({NOT_FINITE_COMMAND: bad, TORQUE_LIMITED: torque_limited, NOT_FINITE_TORQUE: torque_bad})
+    status = pack(
+        {
+            NOT_FINITE_COMMAND: bad,
+            TORQUE_LIMITED: torque_limited,
+            NOT_FINITE_TORQUE: torque_bad,
+            NOT_FINITE_READING: unread,
+        }
+    )
     record = Record(
         q=q,
         qd=qd,
@@ -172,10 +190,16 @@ def tick(
     return TickState(arm, clock, memory), record
 
 
-def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:
-    """Acceleration to standstill within one period, or the hardest towards it; finite, whatever is measured [rad/s^2].
+def unit_where_long(g: Float[Array, "point 3"]) -> Float[Array, "point 3"]:
+    """Gradients of at least length 1/2 as unit vectors; shorter ones have no direction and stay [1]."""
+    size = safe_norm(g)[:, None]
+    return jnp.where(size < 0.5, g, g / jnp.where(size < 0.5, 1.0, size))
 
-    All joints brake alike, so that the arm keeps its direction; one whose speed is not a number is left alone.
+
+def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:
+    """Acceleration to standstill within one period, or the largest one towards it; finite for any measurement [rad/s^2].
+
+    All joints brake in proportion, so that the arm keeps its direction; a joint whose speed is not finite is not commanded.
     """
     stop = -jnp.where(jnp.isfinite(qd), qd, 0.0) / dt
     return stop / jnp.maximum(jnp.max(jnp.abs(stop) / limits.qdd_max), 1.0)

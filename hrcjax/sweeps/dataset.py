@@ -1,4 +1,4 @@
-"""One labelled dataset out of the chunks of a run."""
+"""One labelled dataset from the chunks of a run."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping
@@ -19,10 +19,10 @@ WORLD_DIMS = ("scene", "person", "seed")
 
 
 def world_shape(problem: Sweepable) -> tuple[dict[str, list[Any]], tuple[int, ...]]:
-    """The labels along scene, person and seed, and their counts.
+    """The labels along scene, person and seed, and their number.
 
     Raises:
-        ValueError: the worlds are not the whole product in order.
+        ValueError: the worlds are not the full product in order.
     """
     labels = {dim: list(dict.fromkeys(world[0][dim] for world in problem.worlds)) for dim in WORLD_DIMS}
     shape = tuple(len(values) for values in labels.values())
@@ -33,7 +33,7 @@ def world_shape(problem: Sweepable) -> tuple[dict[str, list[Any]], tuple[int, ..
 
 
 def taken_names(problem: Sweepable) -> set[str]:
-    """Names of dims and variables of the results, which labels of axes must not have."""
+    """Names of dims and variables of the results, which are reserved."""
     dims = {dim for trace in [*problem.traces.values(), *problem.described.values()] for dim in trace[0]}
     variables = {*problem.metrics, *problem.traces, *problem.described}
     return {*WORLD_DIMS, "setting", "sample", "status", *dims, *variables}
@@ -63,7 +63,7 @@ def _coordinates(problem: Sweepable, settings: Settings) -> dict[str, Any]:
 
 
 def _status_attrs(problem: Sweepable) -> dict[str, Any]:
-    meanings = {**problem.statuses, NOT_FINITE: "a result or a command not finite"}
+    meanings = {**problem.statuses, NOT_FINITE: "a result or a command is not finite"}
     return {
         "units": "1",
         "long_name": "; ".join(f"{code}: {text}" for code, text in sorted(meanings.items())),
@@ -81,8 +81,8 @@ def write_results(
     """Writes results.nc, one trace after the other, so that only one is in memory at a time.
 
     Args:
-        chunks: (world's index, output's name) -> (slice of settings, array) of each of its chunks.
-        described: (world's index, name) -> an array that describes it.
+        chunks: (index of the world, name of the output) -> (slice of settings, array) of each chunk.
+        described: (index of the world, name) -> array of `Sweepable.describe`.
 
     Raises:
         StorageError: it could not be written; the chunks are kept.
@@ -118,8 +118,8 @@ def write_results(
     def write(temporary: Path) -> None:
         small().to_netcdf(temporary, mode="w", engine=ENGINE)
         for name, (dims, unit, description) in problem.traces.items():
-            about = {"units": unit, "long_name": description}
-            trace = xr.Dataset({name: ((*front, *dims), gather(name), about)})
+            trace_attrs = {"units": unit, "long_name": description}
+            trace = xr.Dataset({name: ((*front, *dims), gather(name), trace_attrs)})
             trace.to_netcdf(temporary, mode="a", engine=ENGINE)
 
     replace_file(folder / RESULTS, write)

@@ -1,4 +1,4 @@
-"""Runs all settings in all worlds: one compiled program, chunk after chunk, each stored when it is finished."""
+"""Runs all settings in all worlds: one compiled program, chunk after chunk, each stored when finished."""
 
 import math
 import shutil
@@ -25,25 +25,25 @@ MEGABYTE = 1_000_000
 
 @dataclass
 class Tally:
-    """What a run did."""
+    """Counts and times of a run."""
 
     computed: int = 0
     """Settings computed by this process."""
     resumed: int = 0
-    """Settings found finished."""
+    """Settings that were finished already."""
     compile_seconds: float = 0.0
     compute_seconds: float = 0.0
     not_finite: int = 0
-    """Settings with a result that is not finite, in the whole run."""
+    """Settings of the whole run with status NOT_FINITE."""
     statuses: dict[int, int] = field(default_factory=dict)
-    """How many settings ended with each status, in the whole run."""
+    """Status -> number of settings of the whole run."""
 
 
 def chunk_size(settings: int, memory: float, bytes_per_setting: int) -> int:
-    """Settings computed together, so that they fit `memory` [MB] and all chunks are about the same size.
+    """Settings per chunk, so that a chunk fits `memory` [MB] and all chunks have about the same size.
 
     Raises:
-        UsageError: not one setting fits.
+        UsageError: a single setting does not fit.
     """
     most = int(memory * MEGABYTE // max(1, bytes_per_setting))
     if most < 1:
@@ -62,12 +62,12 @@ def chunk_key(world: int, chunk: int) -> str:
 
 
 def world_key(world: int) -> str:
-    """Name of a world's description in the store."""
+    """Name of a world's descriptive arrays in the store."""
     return f"world-{world:03d}-about"
 
 
 class _Program:
-    """`evaluate`, compiled when it is first called, for one shape of settings and worlds."""
+    """`evaluate`, compiled at its first call, for one shape of settings and worlds."""
 
     def __init__(self, problem: Sweepable, progress: Progress, memory: float) -> None:
         self.problem, self.progress, self.memory = problem, progress, memory
@@ -75,15 +75,15 @@ class _Program:
         self.seconds = 0.0
 
     def prepare(self, batch: Any, world: Any, chunk: int, enough: Callable[[Mapping[str, Any]], None]) -> None:
-        """Compiles, once. Raises ValueError if `evaluate` does not return what it announces.
+        """Compiles, once. Raises ValueError if `evaluate` does not return its declared outputs.
 
         Args:
-            enough: raises if there is not enough space for results of such shapes and types.
+            enough: raises if there is not enough disk space for results of these shapes and types.
         """
         if self.compiled is not None:
             return
         begin = time.monotonic()
-        self.progress.say("compiling (most of a minute the first time)")
+        self.progress.say("compiling (up to a minute the first time)")
         program = traced(self.problem.evaluate, (batch, world), self.problem.identity)
         self._check(program.out_info, chunk)
         enough(program.out_info)
@@ -93,8 +93,8 @@ class _Program:
 
     def _memory(self) -> str:
         try:
-            about = self.compiled.memory_analysis()
-            used = (about.temp_size_in_bytes + about.argument_size_in_bytes + about.output_size_in_bytes) / MEGABYTE
+            sizes = self.compiled.memory_analysis()
+            used = (sizes.temp_size_in_bytes + sizes.argument_size_in_bytes + sizes.output_size_in_bytes) / MEGABYTE
         except (AttributeError, NotImplementedError, jax.errors.JaxRuntimeError):
             return ""
         more = f", more than the {self.memory:g} MB of --memory" if used > self.memory else ""
@@ -105,10 +105,12 @@ class _Program:
         wanted = {**dict.fromkeys(problem.metrics, 1), **{name: 1 + len(t[0]) for name, t in problem.traces.items()}}
         missing, extra = set(wanted) - set(out), set(out) - set(wanted) - {"status"}
         if missing or extra:
-            raise ValueError(f"evaluate lacks {sorted(missing)} and has unannounced {sorted(extra)}")
+            raise ValueError(f"evaluate lacks {sorted(missing)} and has undeclared {sorted(extra)}")
         for name, ndim in wanted.items():
             if len(out[name].shape) != ndim or out[name].shape[0] != chunk:
-                raise ValueError(f"evaluate returns {name} of shape {out[name].shape}; {ndim} dims, {chunk} first")
+                raise ValueError(
+                    f"evaluate returns {name} of shape {out[name].shape}; needed are {ndim} dims, the first of size {chunk}"
+                )
 
     def __call__(self, batch: Any, world: Any) -> dict[str, np.ndarray]:
         try:
@@ -119,7 +121,7 @@ class _Program:
 
 
 def flag_not_finite(outcome: Mapping[str, np.ndarray], open_ended: frozenset[str] = frozenset()) -> np.ndarray:
-    """Status of each setting: NOT_FINITE where a result is infinite or NaN, else what the program said, else 0."""
+    """Status of each setting: NOT_FINITE where a result is infinite or NaN, else the program's status, else 0."""
     count = len(next(iter(outcome.values())))
     status = np.array(outcome.get("status", np.zeros(count)), np.int32)
     for name, array in outcome.items():
@@ -129,13 +131,13 @@ def flag_not_finite(outcome: Mapping[str, np.ndarray], open_ended: frozenset[str
 
 
 def _padded(settings: Settings, place: slice, chunk: int) -> dict[str, np.ndarray]:
-    """The values of a chunk; a short last one repeats its last setting."""
+    """The values of a chunk; the last chunk is padded with its last setting."""
     at = np.minimum(np.arange(place.start, place.start + chunk), place.stop - 1)
     return {name: column[at] for name, column in settings.values.items()}
 
 
 def _enough_disk(store: RunStore, outcome: Mapping[str, Any], to_do: int, total: int) -> None:
-    """Raises StorageError if the chunks to come and the results cannot fit the disk.
+    """Raises StorageError if the remaining chunks and the results do not fit on the disk.
 
     Args:
         outcome: shapes and types of the results of a chunk.
@@ -156,14 +158,14 @@ def run_sweep(
     dtype: Any = jnp.float32,
     stream: Any = None,
 ) -> Tally:
-    """Computes what the store does not have yet.
+    """Computes the chunks that are missing in the store.
 
-    Chunks always have the same size and the same settings, so that a resumed run ends with the same numbers.
+    Chunks always have the same size and the same settings, so that a resumed run gives the same results.
 
     Raises:
         UsageError: a world cannot be built.
         StorageError: a chunk cannot be stored; those before it are kept.
-        ValueError: `evaluate` does not return what it announces, or worlds differ in shape.
+        ValueError: `evaluate` does not return its declared outputs, or worlds differ in shape.
     """
     slices = chunk_slices(settings.count, chunk)
     tally = Tally()
@@ -200,14 +202,14 @@ def _count(tally: Tally, status: np.ndarray) -> None:
 
 def _build_world(problem: Sweepable, w: int, progress: Progress) -> Any:
     labels, build = problem.worlds[w]
-    about = f"scene {labels['scene']}, person {labels['person']}, seed {labels['seed']}"
-    progress.say(f"{about}: building")
+    name = f"scene {labels['scene']}, person {labels['person']}, seed {labels['seed']}"
+    progress.say(f"{name}: building")
     begin = time.monotonic()
     try:
         world = build()
     except (ValueError, OSError) as error:
         raise UsageError(f"scene {labels['scene']}, person {labels['person']}: {one_line(error)}") from error
-    progress.say(f"{about}: built in {duration(time.monotonic() - begin)}")
+    progress.say(f"{name}: built in {duration(time.monotonic() - begin)}")
     return world
 
 

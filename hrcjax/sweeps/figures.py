@@ -29,7 +29,7 @@ from hrcjax.viz import (
 from hrcjax.viz.style import BEST, PLAN, WORST
 
 POSES = 3
-"""Poses of the person in the views of paths."""
+"""Number of poses of the person in the path figures."""
 
 
 def _unit(results: xr.Dataset, name: str) -> str:
@@ -42,7 +42,7 @@ def _axis(results: xr.Dataset, label: str) -> GridAxis:
 
 
 def _world_name(results: xr.Dataset, dim: str) -> str:
-    """The first scene, person or seed; of a file the name without its folder."""
+    """The first scene, person or seed; a file without its folder."""
     name = str(results[dim].values[0])
     return title(Path(re.split(r"\.bvh(?:,|$)", name, flags=re.IGNORECASE)[0]).name if dim == "person" else name)
 
@@ -56,19 +56,19 @@ def _over(results: xr.Dataset) -> str:
 def metric_figure(results: xr.Dataset, name: str) -> Figure:
     """A metric over the settings: heat maps for two or three axes, a curve for one, points for samples.
 
-    More axes than three: the others are at the best setting's value.
+    With more than three axes the others are fixed at the best setting.
     """
     variable = results[name].mean(WORLD_DIMS, skipna=False)
-    about = (name, _unit(results, name), str(results[name].attrs.get("better", "")))
+    metric = (name, _unit(results, name), str(results[name].attrs.get("better", "")))
     title = f"{name.replace('_', ' ')}: {_over(results)}"
     if "sample" in variable.dims:
         labels = axis_labels(results)
         x = _axis(results, labels[0])
         if len(labels) == 1:
             order = np.argsort(x.values)
-            return curve(variable.values[order], x._replace(values=x.values[order]), *about, title)[0]
+            return curve(variable.values[order], x._replace(values=x.values[order]), *metric, title)[0]
         good = (results.status == 0).all(WORLD_DIMS).values
-        return sample_map(variable.values, x, _axis(results, labels[1]), *about, title, feasible=good)[0]
+        return sample_map(variable.values, x, _axis(results, labels[1]), *metric, title, feasible=good)[0]
     best = select(results, int(ranking(results, str(results.attrs["rank"]))[0]))
     wide = [str(dim) for dim in variable.dims if results.sizes[dim] > 1]
     fixed = [str(dim) for dim in variable.dims if str(dim) not in wide[:3]]
@@ -82,24 +82,24 @@ def metric_figure(results: xr.Dataset, name: str) -> Figure:
     axes = [axis._replace(values=axis.values[at]) for axis, at in zip(axes, ordered, strict=True)]
     if not wide:
         only = _axis(results, str(results[name].dims[len(WORLD_DIMS)]))
-        return curve(np.atleast_1d(variable.values), only, *about, title)[0]
+        return curve(np.atleast_1d(variable.values), only, *metric, title)[0]
     if len(wide) == 1:
-        return curve(variable.values, axes[0], *about, title)[0]
+        return curve(variable.values, axes[0], *metric, title)[0]
     panel = axes[2] if len(axes) > 2 else GridAxis("", np.zeros(1))
     values, bad = (part.transpose(*wide[:3]).values for part in (variable, failed))
     values, bad = (part.reshape(*part.shape[:2], -1) for part in (values, bad))
-    return heat_maps(values, axes[0], axes[1], panel, *about, title, bad)[0]
+    return heat_maps(values, axes[0], axes[1], panel, *metric, title, bad)[0]
 
 
 def best_and_worst(results: xr.Dataset, by: str) -> dict[str, int]:
-    """Flat indices of the best setting and of the last one with a finite value."""
+    """Flat indices of the best setting and of the worst one with a finite value."""
     order = ranking(results, by)
     finite = np.isfinite(results[by].mean(WORLD_DIMS, skipna=False).values.ravel()[order])
     return {"best": int(order[0]), "worst": int(order[finite][-1] if finite.any() else order[-1])}
 
 
 def trade_off_figure(results: xr.Dataset, by: str) -> Figure | None:
-    """The Pareto front of three metrics; None if the run does not have them, or no setting without failure."""
+    """The Pareto front of three metrics; None if the run does not have them, or all settings failed."""
     names = trade_off(results)
     if len(names) != 3:
         return None
@@ -121,7 +121,7 @@ def _describe_setting(results: xr.Dataset, which: str, setting: int, by: str) ->
 
 
 def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
-    """The best and the worst path of the first world in plan and in three dimensions; None if paths were not kept."""
+    """Best and worst path of the first world from above and in 3-D; None if paths were not stored."""
     if "tool" not in results and "plan" not in results:
         return None
     world = results.isel(dict.fromkeys(WORLD_DIMS, 0))
@@ -150,7 +150,7 @@ def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
 
 
 def zones_figure(results: xr.Dataset, by: str) -> Figure | None:
-    """Zones, separation and speed of the best and the worst setting in the first world; None if not kept."""
+    """Zones, separation and speed of the best and the worst setting in the first world; None if not stored."""
     separation = "separation_t" if "separation_t" in results else "separation"
     wanted = ("zone", separation, "speed")
     if any(name not in results for name in wanted):
@@ -167,8 +167,8 @@ def draw_run(folder: str | Path, by: str = "", metrics: Sequence[str] = ()) -> l
     """Draws the figures of a run into its folder `figures`; returns the files.
 
     Args:
-        by: metric that ranks the settings; the run's own if empty.
-        metrics: metrics to draw beside that one and those of the Pareto front.
+        by: metric for ranking the settings; that of the run if empty.
+        metrics: metrics to draw in addition to that one and those of the Pareto front.
 
     Raises:
         UsageError: no finished run there, or no such metric.

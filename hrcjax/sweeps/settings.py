@@ -1,4 +1,4 @@
-"""Which settings a sweep visits: axes from text, and their product or a Sobol sample."""
+"""The settings of a sweep: axes from text, and their product or a Sobol sample."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -25,9 +25,9 @@ class Axis:
     low: float
     high: float
     values: tuple[float, ...]
-    """The values of a grid; empty for a range without a count, which only a sample accepts."""
+    """The values of a grid; empty for a range without a count, for samples only."""
     label: str = ""
-    """Short name, unique in the run: the name of the coordinate."""
+    """Short name, unique in the run; the name of the coordinate."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def _number(text: str, where: str) -> float:
 def parse_axis(text: str, names: Collection[str], aliases: Mapping[str, str]) -> Axis:
     """One axis from text: `k_att=log:0.005:0.1:16`, `zeta=lin:1.5:5:8`, `policy.collision.k_rep=0.4,0.8`.
 
-    A range without a count is accepted here; only a sample can use it.
+    A range without a count is accepted, for samples only.
 
     Raises:
         UsageError: unknown name, not a number, low > high, log of a value <= 0, count < 1, a value given twice.
@@ -81,7 +81,7 @@ def parse_axis(text: str, names: Collection[str], aliases: Mapping[str, str]) ->
     if low > high:
         raise UsageError(f"{text}: low {low:g} is greater than high {high:g}")
     if scale == "log" and low <= 0:
-        raise UsageError(f"{text}: a log range starts above 0, not at {low:g}")
+        raise UsageError(f"{text}: a log range must start above 0, not at {low:g}")
     if len(parts) == 3:
         return Axis(full, scale, low, high, ())  # pyright: ignore[reportArgumentType]  # checked above
     try:
@@ -93,7 +93,7 @@ def parse_axis(text: str, names: Collection[str], aliases: Mapping[str, str]) ->
     if count > MAX_SETTINGS:
         raise UsageError(f"{text}: count {count} is greater than {MAX_SETTINGS}")
     if low == high and count > 1:
-        raise UsageError(f"{text}: {count} values between {low:g} and {high:g} are all the same")
+        raise UsageError(f"{text}: {count} values between {low:g} and {high:g} are equal")
     spaced = np.geomspace(low, high, count) if scale == "log" else np.linspace(low, high, count)
     return Axis(full, scale, low, high, tuple(float(v) for v in spaced))  # pyright: ignore[reportArgumentType]
 
@@ -112,10 +112,10 @@ def short_labels(
     known: Collection[str] = (),
     aliases: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """The shortest ending of each dotted name, joined by "_", that is neither taken nor an ending of another.
+    """The shortest unique ending of each dotted name, joined by "_", that is not reserved.
 
     Args:
-        known: all parameters, swept or not, among which the ending must be the only one, but for an alias of its own.
+        known: all parameters, swept or not, among which the ending must be unique, except for its own alias.
         aliases: short names of parameters.
     """
     labels = []
@@ -137,7 +137,7 @@ def short_labels(
 
 
 def quick_axes(axes: Sequence[Axis]) -> list[Axis]:
-    """At most 4 values of each of the first two axes and 2 of each other, the ends among them."""
+    """At most 4 values of each of the first two axes and 2 of every other, including the ends."""
     few = []
     for i, axis in enumerate(axes):
         most = min(4 if i < 2 else 2, len(axis.values))
@@ -157,10 +157,10 @@ def make_settings(
     quick: bool = False,
     taken: Collection[str] = (),
 ) -> Settings:
-    """All settings: the product of the axes, or `samples` points of a scrambled Sobol sequence inside their ranges.
+    """All settings: the product of the axes, or `samples` points of a scrambled Sobol sequence within their ranges.
 
     Args:
-        taken: names that labels must not have (dims and variables of the results).
+        taken: reserved names (dims and variables of the results).
 
     Raises:
         UsageError: as `parse_axis`; a parameter given twice; too many settings; a list or a negative count in a sample.
@@ -174,7 +174,7 @@ def make_settings(
         if sum(axis.name == other.name for other in axes) > 1:
             raise UsageError(f"parameter {axis.name} is given twice")
     if samples < 0:
-        raise UsageError(f"--sobol {samples}: the number of samples is not negative")
+        raise UsageError(f"--sobol {samples}: accepted is 0 or more")
     if quick and not samples:
         axes = quick_axes(axes)
     labels = short_labels([axis.name for axis in axes], taken, names, aliases)
@@ -186,7 +186,7 @@ def make_settings(
             raise UsageError(f"{axis.name}: a grid needs a count; write {FORMS}")
     shape = tuple(len(axis.values) for axis in axes)
     if math.prod(shape) > MAX_SETTINGS:
-        raise UsageError(f"{' x '.join(map(str, shape))} are more than {MAX_SETTINGS} settings")
+        raise UsageError(f"{' x '.join(map(str, shape))} settings are more than {MAX_SETTINGS}")
     mesh = np.meshgrid(*(np.asarray(axis.values) for axis in axes), indexing="ij")
     values = {axis.name: column.ravel() for axis, column in zip(axes, mesh, strict=True)}
     return Settings(tuple(axes), tuple(labels), shape, values)
@@ -199,7 +199,7 @@ def _sample(axes: Sequence[Axis], samples: int, seed: int) -> Settings:
     if samples > MAX_SETTINGS:
         raise UsageError(f"--sobol {samples}: more than {MAX_SETTINGS} settings")
     if seed < 0:
-        raise UsageError(f"--sobol-seed {seed}: the seed is not negative")
+        raise UsageError(f"--sobol-seed {seed}: accepted is 0 or more")
     powers = max(0, math.ceil(math.log2(samples)))
     unit = qmc.Sobol(len(axes), scramble=True, rng=seed).random_base2(powers)[:samples]
     values = {}

@@ -1,7 +1,7 @@
 """The folder of a run: config.json, one file per finished chunk, and at the end results.nc.
 
-A chunk file appears under its name only when it is whole, and carries the fingerprint of its run and a digest of its
-arrays. So a run may be killed at any moment: what is there is right, what is not there is computed again.
+Chunk files are written atomically, with the fingerprint of their run and a digest of their arrays. So a run may be killed at
+any time: valid chunks are kept, all others are computed again.
 """
 
 import contextlib
@@ -28,10 +28,10 @@ ENGINE = "h5netcdf"
 
 
 def open_run(folder: str | Path) -> xr.Dataset:
-    """The results of a finished run, read from disk when they are used: `open_run("runs/...").score_overall.sel(zeta=5)`.
+    """The results of a finished run, read lazily from disk: `open_run("runs/...").score_overall.sel(zeta=5)`.
 
     Raises:
-        UsageError: no such folder, no run in it, not finished, damaged.
+        UsageError: no such folder, no run in it, an unfinished or damaged run.
     """
     folder = Path(folder)
     if not (folder / CONFIG).is_file():
@@ -48,7 +48,7 @@ def open_run(folder: str | Path) -> xr.Dataset:
 
 
 def newest_run(root: str | Path = "runs") -> Path | None:
-    """The folder under `root` that finished last."""
+    """The folder under `root` of the run that finished last."""
     finished = list(Path(root).glob(f"*/{RESULTS}"))
     return max(finished, key=lambda path: path.stat().st_mtime).parent if finished else None
 
@@ -63,7 +63,7 @@ def _digest(arrays: Mapping[str, np.ndarray]) -> str:
 
 
 class RunStore:
-    """One run's folder, locked. Make it with `open_store`."""
+    """The locked folder of one run. Create it with `open_store`."""
 
     def __init__(self, folder: Path, fingerprint: str) -> None:
         self.folder = folder
@@ -76,7 +76,7 @@ class RunStore:
         """Stores arrays under a key such as "world-000-chunk-0001".
 
         Raises:
-            StorageError: the disk is full, or the like; nothing else is lost.
+            StorageError: they could not be written; other chunks are kept.
         """
         memory = io.BytesIO()
         with h5py.File(memory, "w") as file:
@@ -89,7 +89,7 @@ class RunStore:
         """The arrays of a key; None if absent, damaged, or of another run.
 
         Args:
-            only: read this array alone, of a chunk whose digest was checked before.
+            only: read only this array of a chunk whose digest was checked before.
         """
         path = self._path(key)
         if not path.is_file():
@@ -98,13 +98,13 @@ class RunStore:
             with h5py.File(path) as file:
                 arrays = {str(name): np.asarray(file[name]) for name in ([only] if only else file)}
                 attrs = dict(file.attrs)
-        except Exception:  # whatever the bytes on the disk make the reader do
+        except Exception:  # damaged files raise errors of many types
             return None
         right = attrs.get("fingerprint") == self.fingerprint and attrs.get("key") == key
         return arrays if right and (only or attrs.get("digest") == _digest(arrays)) else None
 
     def finished(self) -> xr.Dataset | None:
-        """The results of this very run if they are written already."""
+        """The results of this run if they have been written."""
         try:
             results = open_run(self.folder)
         except UsageError:
@@ -116,7 +116,7 @@ class RunStore:
 
 
 def _difference(old: Any, new: Any, name: str = "") -> str:
-    """The first place where two nested values differ, in words."""
+    """The first difference between two nested values, as text."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in [*old, *(k for k in new if k not in old)]:
             if old.get(key) != new.get(key):
@@ -131,7 +131,7 @@ def _difference(old: Any, new: Any, name: str = "") -> str:
 
 @contextlib.contextmanager
 def _lock(folder: Path) -> Iterator[None]:
-    """Holds the folder for this process; the system releases it however the process ends."""
+    """Locks the folder for this process; the operating system releases the lock when the process ends."""
     import fcntl  # here: Windows, on which the programs stop with one line, lacks it
 
     with storage_errors(folder):
@@ -147,7 +147,7 @@ def _lock(folder: Path) -> Iterator[None]:
 
 
 def _clear(folder: Path) -> None:
-    """Removes a run, and nothing else that may lie in its folder."""
+    """Removes a run from its folder, and no other files."""
     (folder / RESULTS).unlink(missing_ok=True)
     shutil.rmtree(folder / CHUNKS, ignore_errors=True)
     for figure in (folder / "figures").glob("*.png"):
@@ -159,16 +159,16 @@ def _clear(folder: Path) -> None:
 def open_store(
     folder: str | Path, fingerprint: str, record: Mapping[str, Any], overwrite: bool = False
 ) -> Iterator[RunStore]:
-    """Makes or takes up the folder of a run, and holds its lock.
+    """Creates or resumes the folder of a run, and locks it.
 
     Args:
-        fingerprint: of everything that decides the numbers.
-        record: what config.json keeps; its "identity" is compared, to say what differs.
-        overwrite: clear another run that is in the folder.
+        fingerprint: of everything that determines the results.
+        record: content of config.json; its "identity" is compared for the message.
+        overwrite: replace another run in the folder.
 
     Raises:
-        UsageError: another run or other files are there; another process writes.
-        StorageError: the folder cannot be made or written.
+        UsageError: the folder holds another run or other files, or is locked by another process.
+        StorageError: the folder cannot be created or written.
     """
     folder = Path(folder)
     check_writable(folder, "--out")
@@ -185,7 +185,7 @@ def open_store(
 
 
 def _admit(folder: Path, fingerprint: str, record: Mapping[str, Any], overwrite: bool) -> None:
-    """Writes config.json, or checks that the one that is there is of the same run."""
+    """Writes config.json, or checks that the existing one is of the same run."""
     if (folder / CONFIG).exists():
         try:
             old = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
@@ -198,7 +198,7 @@ def _admit(folder: Path, fingerprint: str, record: Mapping[str, Any], overwrite:
         if same:
             return
         if not overwrite:
-            raise UsageError(f"{folder} holds another run ({difference}); give another --out, or --overwrite it")
+            raise UsageError(f"{folder} holds another run ({difference}); give another --out, or --overwrite")
         with storage_errors(folder):
             _clear(folder)
     text = json.dumps({"fingerprint": fingerprint, **record}, indent=1) + "\n"

@@ -20,19 +20,19 @@ def axis_labels(results: xr.Dataset) -> list[str]:
 
 
 def metric_names(results: xr.Dataset) -> list[str]:
-    """The metrics, in order."""
+    """Names of the metrics, in order."""
     return [str(name) for name, variable in results.data_vars.items() if "better" in variable.attrs]
 
 
 def trade_off(results: xr.Dataset) -> list[str]:
-    """The metrics of the Pareto figure that the run has."""
+    """The metrics of the Pareto figure, as far as the run has them."""
     names = metric_names(results)
     return [name for name in json.loads(results.attrs.get("trade_off", "[]")) if name in names]
 
 
 def ranking(results: xr.Dataset, by: str) -> np.ndarray:
-    """Flat indices of the settings, best first: by the mean over all worlds; those that failed in some world come last,
-    those without a finite value at the very end."""
+    """Flat indices of the settings, best first, by the mean over all worlds; then those that failed in some world, then those
+    without a finite value."""
     values = results[by].mean(WORLD_DIMS, skipna=False).values.ravel()
     failed = (results.status != 0).any(WORLD_DIMS).values.ravel()
     cost = -values if results[by].attrs["better"] != "low" else values

@@ -1,11 +1,11 @@
-"""What a sweep runs: a function of settings and a world, and the names of what it returns."""
+"""What a sweep runs: a function of settings and a world, and the names of its outputs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 NOT_FINITE = -1
-"""Status the sweep gives to a setting with a result that is not finite."""
+"""Status of a setting with a result that is not finite."""
 
 
 class Metric(NamedTuple):
@@ -13,7 +13,7 @@ class Metric(NamedTuple):
 
     unit: str
     better: Literal["low", "high", ""]
-    """Which end is the good one; empty: neither."""
+    """Whether low or high values are better; empty: neither."""
     description: str
 
 
@@ -27,7 +27,7 @@ class Trace(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweepable:
-    """A program over settings and worlds with everything the sweep must know to run, store, rank and draw it."""
+    """A function of settings and worlds with everything needed to run, store, rank and draw a sweep of it."""
 
     params: Any
     """The defaults: a pytree whose leaves are Python floats."""
@@ -35,17 +35,17 @@ class Sweepable:
     """(params, world) -> metrics (setting,), traces (setting, ...) and "status" (setting,). Leaves of params that are
     swept have the shape (setting,); the others are scalars, shared by all settings."""
     worlds: Sequence[tuple[Mapping[str, Any], Callable[[], Any]]]
-    """({"scene", "person", "seed"}, function that builds the world): the whole product, the last label fastest."""
+    """({"scene", "person", "seed"}, function that builds the world): the full product, the last label fastest."""
     metrics: Mapping[str, Metric]
     traces: Mapping[str, Trace]
     bytes_per_setting: int = 1_000_000
-    """Memory that one more setting in a chunk takes while it runs [bytes]."""
+    """Memory per setting of a chunk while it runs [bytes]."""
     aliases: Mapping[str, str] = field(default_factory=dict)
     """Short names of parameters: {"k_att": "plan.potential.k_att"}."""
     domains: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Smallest and largest accepted value of a parameter by dotted name, both inclusive."""
     rank: str = "score"
-    """The metric that ranks settings."""
+    """The metric for ranking the settings."""
     trade_off: tuple[str, ...] = ("length", "bending_energy", "clearance")
     """The metrics of the Pareto figure."""
     statuses: Mapping[int, str] = field(default_factory=lambda: {0: "ok"})
@@ -53,17 +53,17 @@ class Sweepable:
     coords: Mapping[str, tuple[Any, str, str]] = field(default_factory=dict)
     """Values, unit and description of dims of traces, for example time."""
     describe: Callable[[Any], Mapping[str, Any]] | None = None
-    """World -> the arrays that a figure of it needs; stored once per world."""
+    """World -> the arrays that figures need; stored once per world."""
     described: Mapping[str, Trace] = field(default_factory=dict)
-    """Dims, unit and description of what `describe` returns."""
+    """Dims, unit and description of the arrays of `describe`."""
     notes: Sequence[str] = ()
-    """What the user should know of this problem before it runs, a line each."""
+    """Messages for the user before the run, one line each."""
     identity: str | None = None
-    """What `evaluate` closes over, in words: allows the sweep to keep the traced program between runs. None: do not."""
+    """Identifies everything that `evaluate` closes over, so that the traced program can be cached. None: no cache."""
     code: str = ""
-    """Digest of code and files outside of the project that decide results: a run resumes only while they stay the same."""
+    """Digest of code and files outside of the project that affect results; a run resumes only if they are unchanged."""
     open_ended: frozenset[str] = frozenset()
-    """Outputs in which infinity or NaN has a meaning, for example a separation when nobody is there."""
+    """Outputs in which infinity or NaN is valid, for example a separation without a person."""
 
     def __post_init__(self) -> None:
         for name, metric in self.metrics.items():

@@ -1,4 +1,4 @@
-"""One number per episode that is smooth in every parameter: what tuning descends."""
+"""Loss of an episode, smooth in every parameter, for tuning by gradient."""
 
 import jax
 import jax.numpy as jnp
@@ -7,9 +7,9 @@ from hrcjax.sim import Cell, Params, World, episode
 from hrcjax.typing import Array, Float
 
 SAFE_CLEARANCE = 0.05
-"""Distance of the arm to anything under which the loss grows [m]."""
+"""Clearance below which the loss grows [m]."""
 SOFTNESS = 0.02
-"""Distance over which it begins to [m]."""
+"""Width of the soft hinge on clearance [m]."""
 EFFORT = 1e-3
 """Weight of the mean squared joint acceleration [s^4/rad^2]."""
 
@@ -18,8 +18,8 @@ def episode_loss(params: Params, cell: Cell, world: World) -> Float[Array, ""]:
     """Progress, effort and clearance of one episode [1].
 
     The mean squared distance to the goal over that at the start, plus the mean squared joint acceleration, plus the
-    mean of a soft hinge on the clearance that the field has. Not the score of the papers, whose maxima and thresholds
-    have no useful derivative.
+    mean of a soft hinge on the clearance from the field. Not the score of the papers, whose maxima and thresholds have no
+    useful derivative.
     """
     run = episode(params, cell, world, cell.field.fit(params.field, world.frames))
     scene, record = world.scene, run.record

@@ -1,4 +1,4 @@
-"""Figures: arrays in, Figure and Axes out. Nothing here reads files or touches global state."""
+"""Figures: arrays in, Figure and Axes out. Functions here read no files and do not change global state."""
 
 from hrcjax.viz.field_slice import FieldSlice, field_slices
 from hrcjax.viz.heatmap import GridAxis, curve, heat_maps, sample_map

@@ -17,19 +17,19 @@ from hrcjax.viz.style import COLOUR_MAP, MISSING, TEXT, heading, label, number
 from hrcjax.viz.three_views import VIEWS, three_views
 
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-"""Distances between contour lines that are easily read [m]."""
+"""Round spacings of contour lines [m]."""
 LINES = 12
-"""Contour lines, at most."""
+"""Largest number of contour lines."""
 SURFACE = "#ff7f2a"
 ARROW = 0.75
-"""Length of an arrow of gradient 1 over the distance between arrows [1]."""
+"""Length of an arrow of gradient 1 over the spacing of the arrows [1]."""
 
 
 class FieldSlice(NamedTuple):
-    """A distance field on a plane across one axis of the world."""
+    """A distance field on a plane normal to one axis of the world."""
 
     at: float
-    """Where the plane cuts the axis that it is across [m]."""
+    """Coordinate of the plane on its normal axis [m]."""
     right: Float[np.ndarray, "right"]
     """Ascending, at equal steps [m]."""
     up: Float[np.ndarray, "up"]
@@ -37,7 +37,7 @@ class FieldSlice(NamedTuple):
     distance: Float[np.ndarray, "right up"]
     """[m]"""
     arrows: Float[np.ndarray, "arrow 4"] | None = None
-    """Place (right, up) [m] and gradient there, in the plane [1]."""
+    """Position (right, up) [m] and in-plane gradient [1]."""
     points: Float[np.ndarray, "point 2"] | None = None
     """Points of the surfaces near the plane (right, up) [m]."""
 
@@ -52,7 +52,7 @@ def draw_slice(axes: Axes, part: FieldSlice, highest: float) -> None:
     """Draws one slice.
 
     Args:
-        highest: distance at the end of the colours [m].
+        highest: distance at the end of the colour scale [m].
     """
     shown = np.ma.masked_invalid(part.distance.T)
     edges = cell_edges(part.right), cell_edges(part.up)
@@ -65,7 +65,7 @@ def draw_slice(axes: Axes, part: FieldSlice, highest: float) -> None:
         axes.scatter(part.points[:, 0], part.points[:, 1], s=2.5, color=SURFACE, linewidths=0, zorder=3)
     if part.arrows is not None and len(part.arrows):
         x, y, gx, gy = part.arrows.T
-        long = np.maximum(np.hypot(gx, gy), 1.0)  # at kinks a gradient is longer than 1: the arrow is not
+        long = np.maximum(np.hypot(gx, gy), 1.0)  # limit the length of arrows to that of gradient 1
         gx, gy = gx / long, gy / long
         apart = np.diff(np.unique(x))
         step = float(apart.min()) if len(apart) else 1.0
@@ -79,17 +79,17 @@ def draw_slice(axes: Axes, part: FieldSlice, highest: float) -> None:
 def field_slices(
     slices: Sequence[FieldSlice], name: str = "distance", title: str = "", highest: float | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """Slices across z, y and x, at one scale and with one colour bar [m]; arrows point away from the surfaces.
+    """Slices normal to z, y and x, at one scale and with one colour bar [m]; arrows point away from the surfaces.
 
     Args:
-        slices: across z, seen from above; across y, from the front; across x, from the side.
-        highest: distance at the end of the colours; the greatest of 98 % of the values if not given [m].
+        slices: normal to z, seen from above; normal to y, from the front; normal to x, from the side.
+        highest: distance at the end of the colour scale; the 98th percentile if not given [m].
 
     Raises:
         ValueError: not three slices.
     """
     if len(slices) != 3:
-        raise ValueError(f"{len(slices)} slices; three are needed: across z, y and x")
+        raise ValueError(f"{len(slices)} slices; three are needed: normal to z, y and x")
     values = np.concatenate([part.distance[np.isfinite(part.distance)].ravel() for part in slices])
     if highest is None:
         highest = max(float(np.quantile(values, 0.98)) if len(values) else 1.0, 0.05)

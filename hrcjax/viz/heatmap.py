@@ -36,7 +36,7 @@ class GridAxis(NamedTuple):
 
 
 def cell_edges(values: Float[np.ndarray, "value"], log: bool = False) -> Float[np.ndarray, "edge"]:
-    """Limits of cells around ascending values: half-way between neighbours, in the logarithm if `log`."""
+    """Edges of cells around ascending values: midpoints between neighbours, logarithmic if `log`."""
     at = np.log(values) if log else np.asarray(values, float)
     if len(at) == 1:
         half = 0.5 if log or at[0] == 0 else abs(at[0]) / 2
@@ -48,7 +48,7 @@ def cell_edges(values: Float[np.ndarray, "value"], log: bool = False) -> Float[n
 
 
 def best_cell(values: Float[np.ndarray, "..."], better: str) -> tuple[int, ...] | None:
-    """Index of the best finite value; None if there is none or no end is the good one."""
+    """Index of the best finite value; None if there is none or neither end is better."""
     if better not in ("low", "high") or not np.isfinite(values).any():
         return None
     flat = np.nanargmin(np.where(np.isfinite(values), values if better == "low" else -values, np.nan))
@@ -66,9 +66,9 @@ def heat_maps(
     title: str = "",
     failed: Bool[np.ndarray, "x y panel"] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """One map over x and y for each value of `panel`, with one colour bar; the best cell of all carries a star.
+    """One heat map over x and y for each value of `panel`, with one colour bar; the best cell is marked by a star.
 
-    Values that are not finite are drawn in light grey; settings that failed carry a cross and are never the best.
+    Values that are not finite are light grey; failed settings are marked by a cross and never count as best.
     """
     failed = np.zeros(values.shape, bool) if failed is None else failed
     count = values.shape[2]
@@ -123,7 +123,7 @@ def curve(
     title: str = "",
     axes: Axes | None = None,
 ) -> tuple[Figure, Axes]:
-    """A metric over one parameter; the best value carries a star."""
+    """A metric over one parameter; the best value is marked by a star."""
     figure, axes = _axes(axes)
     axes.plot(x.values, values, marker="o", markersize=4, color=BEST)
     best = best_cell(values, better)
@@ -133,7 +133,7 @@ def curve(
     axes.set_xlabel(parameter_label(x.name, x.unit))
     axes.set_ylabel(label(name, unit))
     low, high = finite_range(values)
-    if high - low < 1e-4 * max(abs(low), abs(high)):  # rounding is no effect
+    if high - low < 1e-4 * max(abs(low), abs(high)):  # do not magnify rounding errors
         middle = (low + high) / 2
         axes.set_ylim(middle - 0.5 * max(abs(middle), 1e-9), middle + 0.5 * max(abs(middle), 1e-9))
     axes.grid(alpha=0.3)
@@ -153,7 +153,7 @@ def sample_map(
     feasible: Bool[np.ndarray, "sample"] | None = None,
     axes: Axes | None = None,
 ) -> tuple[Figure, Axes]:
-    """A metric at sampled settings, over two of their parameters; those that failed are light grey."""
+    """A metric at sampled settings, over two of their parameters; failed settings are light grey."""
     figure, axes = _axes(axes)
     good = np.isfinite(values) if feasible is None else feasible & np.isfinite(values)
     axes.scatter(x.values[~good], y.values[~good], s=16, color=INFEASIBLE, label="failed")

@@ -1,4 +1,4 @@
-"""A map's points from above, from the front and from the side, coloured by what they are."""
+"""A map's points from above, from the front and from the side, coloured by label."""
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -14,15 +14,15 @@ POINT_COLOURS = ("#ffffff", NEW_POINT, STATIC_POINT, DYNAMIC_POINT)
 """By label: none, new, static, dynamic."""
 NAMES = ("none", "new", "static", "dynamic")
 ORDER = ((2, 1), (3,))
-"""Labels as they are drawn, one over the other: static and new, dynamic."""
+"""Drawing order of labels: static and new, then dynamic."""
 TOWARDS = (1.0, -1.0, 1.0)
-"""Which way the eye looks against: z from above, -y from the front, x from the side."""
+"""Direction towards the viewer: z from above, -y from the front, x from the side."""
 LIGHTER = (0.0, 0.55, 0.6, 0.0)
-"""How much lighter the farthest points of a label are than the nearest."""
+"""Lightening of the farthest points of each label relative to the nearest [1]."""
 
 
 def _shaded(labels: Int[np.ndarray, "point"], nearness: Float[np.ndarray, "point"]) -> Float[np.ndarray, "point 3"]:
-    """The colours of labels, the lighter the farther away; `nearness` from 0 to 1."""
+    """The colours of labels, lighter with distance; `nearness` from 0 to 1."""
     light = np.asarray(LIGHTER)[labels, None] * (1.0 - nearness)[:, None]
     colours = np.asarray([to_rgb(colour) for colour in POINT_COLOURS])[labels]
     return colours * (1 - light) + light
@@ -33,7 +33,7 @@ def cloud_views(
 ) -> tuple[Figure, list[Axes]]:
     """Three views at one scale: from above (along -z), from the front (along y) and from the side (along -x).
 
-    What is farther away is lighter.
+    Points farther away are lighter.
 
     Args:
         points: in the world [m].

@@ -1,4 +1,4 @@
-"""Which settings no other setting beats in everything, and a picture of them."""
+"""The Pareto front of settings, and a figure of it."""
 
 from collections.abc import Mapping, Sequence
 
@@ -30,7 +30,7 @@ def pareto_mask(values: Float[np.ndarray, "n k"], better: Sequence[str]) -> Bool
     while left.size:
         row = cost[left[0]]
         worse = np.all(cost[left] >= row, axis=1) & np.any(cost[left] > row, axis=1)
-        front[left[0]] = True  # what beats a row comes before it in this order
+        front[left[0]] = True  # a dominating row precedes in this order
         left = left[1:][~worse[1:]]
     return front
 
@@ -44,10 +44,10 @@ def pareto_figure(
     marks: Mapping[str, int] | None = None,
     title: str = "",
 ) -> tuple[Figure, list[Axes]]:
-    """Three metrics two by two. The third one colours the front; beaten settings are pale, failed ones light grey.
+    """Three metrics two by two. The third one colours the front; dominated settings are pale, failed ones light grey.
 
     Args:
-        marks: settings to point out, by label: {"best": 17, "worst": 3}.
+        marks: settings to highlight, by label: {"best": 17, "worst": 3}.
     """
     usable = feasible & np.isfinite(values).all(axis=1)
     front = np.zeros(len(values), bool)
@@ -87,5 +87,5 @@ def pareto_figure(
         tidy(axes)
     handles, texts = panels[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=5, frameon=False, fontsize=9)
-    heading(figure, title or f"{int(front.sum())} of {int(usable.sum())} settings are beaten by no other")
+    heading(figure, title or f"{int(front.sum())} of {int(usable.sum())} settings are Pareto-optimal")
     return figure, panels

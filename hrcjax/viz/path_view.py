@@ -17,7 +17,7 @@ SPHERE, COLUMN, BOX = 0, 1, 2
 
 
 class Obstacles(NamedTuple):
-    """Obstacles in fixed capacity, as the scene has them."""
+    """Obstacles of a scene, in arrays of fixed capacity."""
 
     kind: Int[np.ndarray, "obstacle"]
     """0 sphere, 1 column, 2 box."""
@@ -26,7 +26,7 @@ class Obstacles(NamedTuple):
     size: Float[np.ndarray, "obstacle 3"]
     """Half extents; the radius of spheres and columns comes first, half the height of columns last [m]."""
     yaw: Float[np.ndarray, "obstacle"]
-    """Turn about the vertical [rad]."""
+    """Rotation about the vertical axis [rad]."""
     mask: Bool[np.ndarray, "obstacle"]
     """True where an obstacle exists."""
 
@@ -39,7 +39,7 @@ class PersonPoses(NamedTuple):
     b: Float[np.ndarray, "time capsule 3"]
     """Other end [m]."""
     radius: Float[np.ndarray, "capsule"]
-    """Radius; not positive: no capsule [m]."""
+    """Radius; zero or negative: no capsule [m]."""
     times: Float[np.ndarray, "time"]
     """Time of each pose [s]."""
 
@@ -57,7 +57,7 @@ class PathLine(NamedTuple):
 def capsule_outline(
     a: Float[np.ndarray, "2"], b: Float[np.ndarray, "2"], radius: float, arc: int = 16
 ) -> Float[np.ndarray, "corner 2"]:
-    """Outline of a capsule seen along one axis: two half circles joined by straight sides [m]."""
+    """Outline of a capsule projected along one axis: two half circles joined by straight lines [m]."""
     along = b - a
     angle = float(np.arctan2(along[1], along[0])) if np.linalg.norm(along) > 1e-9 else 0.0
     turn = np.linspace(-np.pi / 2, np.pi / 2, arc)
@@ -66,7 +66,7 @@ def capsule_outline(
 
 
 def _shades(count: int) -> Float[np.ndarray, "time"]:
-    """Opacity of poses: the later, the stronger."""
+    """Opacity of poses, increasing with time."""
     return np.linspace(0.08, 0.22, count) if count > 1 else np.array([0.2])
 
 
@@ -79,7 +79,7 @@ def plan_view(
     title: str = "",
     axes: Axes | None = None,
 ) -> tuple[Figure, Axes]:
-    """Seen from above, x to the right and y up; the person is fainter at earlier times."""
+    """View from above, x to the right and y up; earlier poses of the person are more transparent."""
     if axes is None:
         figure = new_figure(6.4, 6.0)
         axes = figure.subplots()
@@ -145,7 +145,7 @@ def _window(
     person: PersonPoses | None,
     margin: float = 0.12,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A box around the paths, the obstacles and what of the person reaches near them [m]."""
+    """A box around the paths, the obstacles and the parts of the person near them [m]."""
     corners = [path.points[np.isfinite(path.points).all(axis=1)] for path in paths]
     corners += [spot[None] for spot in (start, goal) if spot is not None]
     if obstacles is not None and obstacles.mask.any():
@@ -206,11 +206,11 @@ def _quads(surface: np.ndarray) -> list[np.ndarray]:
 def _add_faces(
     axes: Axes3D, faces: list[np.ndarray], colour: str, alpha: float, low: np.ndarray, high: np.ndarray
 ) -> None:
-    """Adds the faces whose middle lies inside the window, which are not clipped otherwise."""
+    """Adds the faces whose centre is inside the window, as 3-D axes do not clip."""
     inside = [face for face in faces if (low <= face.mean(axis=0)).all() and (face.mean(axis=0) <= high).all()]
     if inside:
         body = Poly3DCollection(inside, facecolor=colour, edgecolor="none", alpha=alpha)
-        axes.add_collection3d(body, autolim=False)  # limits from polygons of unequal size are not finite
+        axes.add_collection3d(body, autolim=False)  # automatic limits of polygons of unequal size are not finite
 
 
 def view_3d(
@@ -263,7 +263,7 @@ def path_views(
     goal: Float[np.ndarray, "3"] | None = None,
     title: str = "",
 ) -> tuple[Figure, list[Axes]]:
-    """The plan and the view in three dimensions side by side."""
+    """The view from above and the 3-D view side by side."""
     figure = new_figure(13.0, 6.2)
     flat = figure.add_subplot(1, 2, 1)
     deep = figure.add_subplot(1, 2, 2, projection="3d")

@@ -1,4 +1,4 @@
-"""One look for all figures: a colour has one meaning everywhere, and every axis has its unit."""
+"""Common style of all figures: each colour has one meaning, every axis has its unit."""
 
 from typing import Any
 
@@ -24,20 +24,20 @@ TEXT = "#30343b"
 STATIC_POINT = "#5f656f"
 DYNAMIC_POINT = "#d55e00"
 NEW_POINT = "#0072b2"
-"""Points of a map: grey, vermilion and blue, apart to any colour vision."""
+"""Points of a map: grey, vermilion and blue, distinguishable with any colour vision."""
 COLOUR_MAP = "viridis"
-"""Sequential, even in lightness, readable with any colour vision."""
+"""Sequential, perceptually uniform, readable with any colour vision."""
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure that is no part of any window system or global state [inch]."""
+    """An empty figure without window or global state; sizes in [inch]."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def label(name: str, unit: str = "") -> str:
-    """Name and unit of an axis: "length [m]"; the unit "1" is left out."""
+    """Name and unit of an axis: "length [m]"; the unit "1" is omitted."""
     readable = name.replace("_", " ")
     return readable if unit in ("", "1") else f"{readable} [{unit}]"
 
@@ -49,20 +49,20 @@ def parameter_label(name: str, unit: str = "") -> str:
 
 
 def tidy(axes: Axes) -> None:
-    """Thin frame without top and right."""
+    """A thin frame without the top and right spines."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=8, colors=TEXT)
     axes.title.set_color(TEXT)
 
 
 def heading(figure: Figure, text: str) -> None:
-    """Title of a whole figure."""
+    """Sets the title of a figure."""
     if text:
         figure.suptitle(text, fontsize=12, color=TEXT, fontweight="bold")
 
 
 def finite_range(values: Any) -> tuple[float, float]:
-    """Smallest and largest finite value, apart from each other; (0, 1) if there is none."""
+    """Smallest and largest finite value, made distinct; (0, 1) if there is none."""
     array = np.asarray(values, dtype=float)
     array = array[np.isfinite(array)]
     if array.size == 0:
@@ -72,7 +72,7 @@ def finite_range(values: Any) -> tuple[float, float]:
 
 
 def number(value: float) -> str:
-    """A number as figures write it."""
+    """A number formatted for figures."""
     return f"{value:.3g}"
 
 

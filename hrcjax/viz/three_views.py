@@ -1,4 +1,4 @@
-"""Three views of one box that share their scale: from above, below it from the front, and from the side."""
+"""Three views of one box at the same scale: from above, below it from the front, and from the side."""
 
 import numpy as np
 from jaxtyping import Float
@@ -10,19 +10,19 @@ from hrcjax.viz.style import TEXT, label, new_figure, tidy
 VIEWS = ((0, 1), (0, 2), (1, 2))
 """Axes of the world to the right and up: from above, from the front, from the side."""
 SIZE = 9.5
-"""Width and height of the views together, at most [inch]."""
+"""Largest total width and height of the views [inch]."""
 
 
 def three_views(
     low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
 ) -> tuple[Figure, tuple[Axes, Axes, Axes], Axes]:
-    """An empty figure: axes of the three views, and a free corner for legend or colour bar.
+    """An empty figure: axes of the three views, and axes in the free corner for legend or colour bar.
 
     Args:
         low, high: corners of the box [m].
     """
     x, y, z = (max(float(v), 1e-3) for v in high - low)
-    least = 0.25 * max(x, y, z)  # a flat box leaves room for its labels
+    least = 0.25 * max(x, y, z)  # leave room for the labels of a flat box
     wide, tall = x + max(y, least), max(y, least) + max(z, least)
     scale = SIZE / max(wide, tall)
     figure = new_figure(max(wide * scale + 1.5, 5.5), max(tall * scale + 1.6, 4.5))

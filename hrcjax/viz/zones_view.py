@@ -24,11 +24,11 @@ def zones_view(
 ) -> tuple[Figure, list[Axes]]:
     """A strip of zones for each run, and below them the distance to the person and the speed of the tool.
 
-    Values that are not finite are left out of the curves.
+    Values that are not finite are omitted from the curves.
 
     Args:
         names: of the runs, one for each row of the arrays.
-        thresholds: distances at which zones begin, by the zone's name [m].
+        thresholds: zone -> distance at which it begins [m].
 
     Raises:
         ValueError: not one name for each run.

@@ -60,13 +60,19 @@ def together(people: Sequence[Person]) -> Person:
     """Several people as one record. Who is never in the cell keeps its capsules, absent.
 
     Raises:
-        ValueError: nobody, or records of different lengths.
+        ValueError: nobody, records of different lengths or rates, or somebody who is there for a part of the time.
     """
     if len(people) == 1:
         return people[0]
     if len({person.a.shape[0] for person in people}) != 1:
         raise ValueError(
             f"people with records of {[p.a.shape[0] for p in people]} poses; accepted: records of one length"
+        )
+    if len({float(person.rate) for person in people}) != 1:
+        raise ValueError(f"people with records of {[float(p.rate) for p in people]} Hz; accepted: one rate")
+    if any(bool(jnp.any(p.present)) and not bool(jnp.all(p.present)) for p in people):
+        raise ValueError(
+            "somebody comes or goes during the record; accepted for several people: there all the time or never"
         )
     return Person(
         a=jnp.concatenate([person.a for person in people], axis=1),

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import equinox as eqx
 import jax
@@ -13,17 +14,21 @@ import mujoco
 import numpy as np
 import pytest
 
+from hrcjax.cells.check import check_cell
+from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import NamedCell, find_cell
 from hrcjax.cells.results import evaluate
 from hrcjax.cells.ur5 import CELLS, make_cell
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.parameters import batch_params, leaf_names
 from hrcjax.numerics import unrolled_options
+from hrcjax.plan import path_curve
 from hrcjax.robot import COVER_MARGIN, arm_capsules, arm_from_model, control_points, load_arm, tool_frame, ur_xml
 from hrcjax.safety import SafetyDecision, SsmParams
 from hrcjax.sense import cell_camera
-from hrcjax.sim import Cell, Params, SafetyPart, Task, World, make_world, tick
-from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, initial_state
+from hrcjax.sim import GP_FIELD, Cell, FieldPart, Params, SafetyPart, Task, World, follow, make_world, tick
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_READING, Sensed, initial_state, unit_where_long
+from hrcjax.sweeps.sweepable import Metric
 from hrcjax.world import capsules_obstacle_distances, motion_named, scene_named, together
 
 PAGE = Path(__file__).parents[2] / "docs" / "own-parts.md"
@@ -42,7 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.chdir(folder)
         patch.syspath_prepend(folder)
         yield folder
-    for name in ("my_cell", "map_cell", "seven_cell"):
+    for name in ("my_cell", "map_cell", "seven_cell", "slow_cell", "one_episode"):
         sys.modules.pop(name, None)
 
 
@@ -82,17 +87,77 @@ def test_leaves_of_own_parts_have_dotted_names_and_domains(own: dict[str, NamedC
     assert "K_att" not in mine.known_aliases() and mine.known_aliases()["length_scale"] == "field.length_scale"
 
 
-def test_digest_of_a_cell_follows_its_code_and_files(folder: Path, own: dict[str, NamedCell]) -> None:
-    before = own["seven_cell"].code
-    assert before and find_cell("seven_cell:build", CELLS).code == before and own["my_cell"].identity is None
+def test_digest_of_a_cell_follows_all_that_decides_its_results(folder: Path, own: dict[str, NamedCell]) -> None:
+    seven = own["seven_cell"]
+    before = cell_digest(seven)
+    assert cell_digest(find_cell("seven_cell:build", CELLS)) == before and seven.identity is None
+    assert cell_digest(CELLS["ur5"]()) == ""
     text = (folder / "seven.xml").read_text()
     (folder / "seven.xml").write_text(text + "\n")
-    assert find_cell("seven_cell:build", CELLS).code != before
+    assert cell_digest(seven) != before, "a file that the cell names"
+    (folder / "seven.xml").write_text(text.replace('range="-1.7 1.7"', 'range="-1.5 1.5"'))
+    assert cell_digest(replace(find_cell("seven_cell:build", CELLS), files=())) != cell_digest(replace(seven, files=()))
     (folder / "seven.xml").write_text(text)
-    module = (folder / "map_cell.py").read_text()  # imported from the same folder
+    assert cell_digest(replace(seven, cell=replace(seven.cell, ticks=7))) != before
+    arrays = [replace(seven, params=Params(policy={"w": np.full(3, v)})) for v in (1.0, 2.0)]
+    assert cell_digest(arrays[0]) != cell_digest(arrays[1]), "arrays, which are not swept"
+    module = (folder / "map_cell.py").read_text()  # imported by this process
     (folder / "map_cell.py").write_text(module + "\n")
-    assert find_cell("seven_cell:build", CELLS).code != before
+    with pytest.raises(UsageError, match=r"map_cell\.py was edited after this process had imported it"):
+        cell_digest(seven)
     (folder / "map_cell.py").write_text(module)
+    assert cell_digest(seven) == before
+
+
+def nested(params, arm, goal, clearance, limits):
+    return arm.q
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            {"policy": lambda p, arm, goal, room, limits: p["gain"]},
+            "policy: returns an array of shape (); accepted: (6,)",
+        ),
+        ({"policy": lambda p, arm, goal, room, limits: arm.q[:3]}, "policy: returns an array of shape (3,)"),
+        ({"policy": lambda p, arm, goal, room, limits: None}, "policy: returns NoneType"),
+        (
+            {"plan": lambda p, task: jnp.zeros((4, 3))},
+            "planner: returns an array of shape (4, 3); accepted: a PathResult",
+        ),
+        (
+            {"safety": SafetyPart(lambda dtype: (), lambda p, m, s: (m, 0.1))},
+            "monitor: returns an array of shape (); accepted: a Safety",
+        ),
+        ({"safety": SafetyPart(lambda dtype: (), lambda p, m, s: m)}, "monitor: returns tuple; accepted: (memory, Saf"),
+    ],
+)
+def test_parts_that_return_something_else_are_named_before_a_world_is_built(change: dict, words: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        params = Params(policy={"gain": 1.0}) if "policy" in change else Params()
+        check_cell(NamedCell(replace(make_cell(), **change), params))
+    assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"params": Params(policy={"on": True})}, "parameter policy.on is a bool"),
+        ({"params": Params(policy={"mode": "soft"})}, "parameter policy.mode is a str"),
+        ({"params": Params(policy=object())}, "parameter policy is a object"),
+        ({"params": Params(policy={"a.b": 1.0, "a": {"b": 2.0}})}, "policy.a.b: two leaves"),
+        ({"domains": {"motion.sped": (0.0, 1.0)}}, "domains of the cell: no parameter 'motion.sped'"),
+        ({"aliases": {"g": "policy.gian"}}, "aliases of the cell: no parameter 'policy.gian'"),
+        ({"metrics": {"tool": (Metric("m", "low", ""), abs)}}, "metric 'tool': results have this name already"),
+        ({"metrics": {"mine": abs}}, "metric 'mine': accepted is (Metric("),
+    ],
+)
+def test_faults_of_names_and_leaves_are_told(change: dict, words: str) -> None:
+    cell = replace(make_cell(), policy=nested)
+    with pytest.raises(UsageError) as refused:
+        check_cell(NamedCell(**{"cell": cell, "params": Params(policy={"gain": 1.0}), **change}))
+    assert words in str(refused.value) and "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -140,6 +205,22 @@ def test_all_four_parts_move_the_arm_and_their_leaves_are_swept(together_cell: N
     assert np.abs(tool[2, -1] - tool[0, -1]).max() > 1e-5, "the policy's stiffness reaches the motion"
 
 
+@pytest.mark.slow
+def test_the_episode_the_monitor_and_the_metric_of_the_page(folder: Path, ur5_world: tuple[Cell, World]) -> None:
+    """The monitor's speed is kept, the metric is that of the record, and the page's program runs with both."""
+    import one_episode
+
+    slow, world = find_cell("slow_cell:build", CELLS), ur5_world[1]
+    check_cell(slow)
+    cell = replace(slow.cell, ticks=ur5_world[0].ticks, substeps=2)
+    one_episode.cell, params = cell, jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), slow.params)
+    tool = jax.jit(lambda p: one_episode.tool_path(p, world))(params)  # as a notebook does: the world closed over
+    speed = np.linalg.norm(np.diff(tool, axis=0), axis=1) / cell.dt
+    assert tool.shape == (cell.ticks, 3) and 0.02 < speed.max() < 0.12
+    record = SimpleNamespace(tool=jnp.zeros((5, 3)), reference=jnp.asarray([[3.0, 0, 4.0]] * 5))
+    assert float(slow.metrics["tracking_error"][1](params, cell, world, SimpleNamespace(record=record))) == 5.0
+
+
 def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell: NamedCell, world: World) -> None:
     """Beside the columns, where the camera of the set-up sees them, within the 5 cm of the map's spacing."""
     mapped, scene = own["map_cell"], world.scene
@@ -167,8 +248,6 @@ def ur5_world() -> tuple[Cell, World]:
 
 def one_tick(cell: Cell, world: World, params: Params, qd: float = 0.3):
     """One tick of an arm that moves, with nobody near, along the straight path."""
-    from hrcjax.plan import path_curve
-
     scene = world.scene
     curve = path_curve(jnp.linspace(0, 1, 24)[:, None].astype(jnp.float32) * (scene.goal - scene.start) + scene.start)
     R, _ = tool_frame(cell.arm, world.q_start)
@@ -215,7 +294,23 @@ def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(ur5_world: tuple[Ce
     still = replace(still, policy=lambda params, arm, goal, clearance, limits: jnp.zeros_like(arm.q))
     held = one_tick(still, world, Params(policy={"gain": 1.0}, safety={"gain": 1.0}))
     np.testing.assert_allclose(held.qdd, -15.0, rtol=1e-3)
+    assert int(held.status) == NOT_FINITE_READING
     assert still.safety.yardstick(None) == SsmParams()
+
+
+def test_gradients_of_a_part_are_made_unit_where_they_have_a_direction() -> None:
+    g = jnp.asarray([[0.6, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(unit_where_long(g), [[1, 0, 0], [0, 0.6, 0.8], [0, 0, 0.4], [0, 0, 0]])
+    assert FieldPart(GP_FIELD.fit, GP_FIELD.read).unit_gradients and not GP_FIELD.unit_gradients
+
+
+def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, World]) -> None:
+    cell, world = ur5_world
+    fields = cell.field.fit(Params().field, world.frames)
+    half = replace(fields, moving=jax.tree.map(lambda a: a[::2], fields.moving))
+    curve = path_curve(jnp.linspace(0, 1, 8)[:, None].astype(jnp.float32) * (world.scene.goal - world.scene.start))
+    with pytest.raises(ValueError, match="one per frame"):
+        follow(Params(), cell, curve, world.frames, world.q_start, half)
 
 
 def test_two_people_are_held(ur5_world: tuple[Cell, World]) -> None:
@@ -292,12 +387,17 @@ def test_the_ur5_read_from_its_own_model_is_the_ur5() -> None:
         (('name="home"', 'name="rest"'), "no keyframe 'home'; accepted: rest"),
         (('<motor joint="j3"/>', ""), "states no torque of joint 'j3'"),
         (('type="capsule"', 'type="box"'), "no geom rides on a moving link"),
+        (('name="fore" ', 'name="fore" type="ellipsoid" contype="1" '), "geom fore collides and is no sphere"),
+        (('name="fore" ', 'name="fore" type="ellipsoid" '), "no geom rides on the link of joint 'j4'"),
+        (('joint="j3"/>', 'joint="j3" forcerange="0 87"/>'), "states no torque of joint 'j3'"),
     ],
 )
 def test_models_that_are_no_arm_are_refused(folder: Path, change: tuple[str, str], words: str) -> None:
     text = (folder / "seven.xml").read_text()
     if change[0] == "<site":
         text = re.sub("<site[^>]*/>", "", text)
+    elif "ellipsoid" in change[1]:
+        text = re.sub(r'(name="fore" )fromto="[^"]*" size="([^"]*)"', r'\1size="\2 \2 \2"', text).replace(*change)
     elif "box" in change[1]:
         text = re.sub(r'fromto="[^"]*" size="([^"]*)"', r'size="\1 \1 \1"', text).replace(*change)
     else:

@@ -10,7 +10,7 @@ import pytest
 from hrcjax.cells import make_cell
 from hrcjax.cells.people import PERSON_RATE, make_people, make_person
 from hrcjax.cells.problem import build_problem
-from hrcjax.cells.worlds import ABOUT, about
+from hrcjax.cells.worlds import DESCRIBED, describe
 from hrcjax.geom.cloud import Cloud
 from hrcjax.lab.errors import UsageError
 from hrcjax.sim import Frames, World
@@ -28,9 +28,9 @@ def test_what_is_stored_of_a_world_is_the_world() -> None:
     person = make_people("reach_in", scene, 1, 2.0, 1)
     no, cloud = jnp.zeros(1, bool), Cloud(jnp.zeros((1, 3)), jnp.zeros(1, bool))
     frames = Frames(cloud, Cloud(cloud.points[None], no[None]), jnp.zeros(1), no, no, no[0])
-    kept = {name: np.asarray(array) for name, array in about(World(scene, person, frames, jnp.zeros(6))).items()}
-    assert list(kept) == list(ABOUT)
-    for name, trace in ABOUT.items():
+    kept = {name: np.asarray(array) for name, array in describe(World(scene, person, frames, jnp.zeros(6))).items()}
+    assert list(kept) == list(DESCRIBED)
+    for name, trace in DESCRIBED.items():
         assert kept[name].ndim == len(trace[0]), name
     for name in ("start", "goal"):
         np.testing.assert_array_equal(kept[name], getattr(scene, name))
@@ -51,7 +51,7 @@ def test_several_people_have_seeds_of_their_own_and_the_first_the_world_s() -> N
         np.testing.assert_array_equal(both.radius[part], person.radius)
     assert (np.asarray(both.radius[2 * count :]) < 0).all(), "nobody in the third place"
     assert not np.array_equal(alone[0].a, alone[1].a)
-    with pytest.raises(ValueError, match="2 people in a cell for 1"):
+    with pytest.raises(ValueError, match="2 people, the cell has capacity for 1"):
         make_people("reach_in+nobody", scene, 0, 2.0, 1)
 
 

@@ -47,10 +47,10 @@ def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.Mon
         (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
         (["arm", "--json", "none/b.json"], "no folder none"),
         (["arm", "--page", "none/b.md"], "no folder none for --page"),
-        (["page", "--page", "b.md"], "section page needs --json with the rows and --page"),
+        (["page", "--page", "b.md"], "section page needs --json FILE with the rows and --page"),
         (["page", "--page", "b.md", "--json", "new.json"], "holds no rows"),
-        (["arm", "--json", "broken.json"], "cannot be read as JSON"),
-        (["arm", "--json", "list.json"], "holds no benchmark sections"),
+        (["arm", "--json", "broken.json"], "is not valid JSON"),
+        (["arm", "--json", "list.json"], "has no benchmark sections"),
     ],
 )
 def test_mistakes_get_one_line(
@@ -81,14 +81,14 @@ def test_page_is_written_from_the_rows(tmp_path: Path, monkeypatch: pytest.Monke
     """Also from a file, without measuring: bars kept and missed, and what the section's docstring says."""
     monkeypatch.setattr("experiments.benchmark.__main__.run_section", lambda name: pytest.fail("measured"))
     rows = {"ratio_to_serial": {"value": 15.0, "unit": "1"}, "ticks_per_s": {"value": 30512.4, "unit": "1/s"}}
-    slow = {"compile_s": {"value": 60.0, "unit": "s"}}
+    slow = {"compile_s": {"value": 60.0, "unit": "s"}, "ratio_to_forward": {"value": 5.0, "unit": "1"}}
     file, written = tmp_path / "b.json", tmp_path / "b.md"
     file.write_text(json.dumps({"sweep": rows, "grad": slow, "mine": {"x": {"value": 1, "unit": "m"}}}))
     assert main(["page", "--json", str(file), "--page", str(written)]) == 0
     text = written.read_text()
     assert "| ratio_to_serial | 15 | 1 | >= 15 | yes |" in text
     assert "| ticks_per_s | 30,512 | 1/s | - | - |" in text
-    assert "| compile_s | 60 | s | < 60 | **no** |" in text
+    assert "| compile_s | 60 | s | < 60 | **no** |" in text and "| ratio_to_forward | 5 | 1 | <= 5 | yes |" in text
     assert "C MuJoCo, NumPy and SciPy, in float64" in text and "## mine" in text
 
 

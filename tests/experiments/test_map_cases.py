@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 from experiments.map.__main__ import main
 from experiments.map.agreement import MOST, Agreement
 from experiments.map.body_check import BodyCheck
+from experiments.map.exclusions import Exclusions
 from experiments.map.first_look import doubtful_scale
 from experiments.map.fit_box import fit_depth
-from experiments.map.left_out import LeftOut
 from experiments.map.summary_text import mostly_refused, nothing_taken
 from hrcjax.io.map_file import open_map
 from hrcjax.io.recordings.frame import InputFrame, Intrinsics
@@ -73,11 +73,13 @@ def test_a_camera_file_makes_the_distances_right(shared_cases, tmp_path, run) ->
         json.dumps({"fx": 383.0, "fy": 383.0, "ppx": 319.5, "ppy": 239.5, "width": 640, "height": 480})
     )
     status, _, err = run("--input", folder)
-    assert status == 0 and "(intrinsics.json); 1000 a metre (ASSUMED: --per-metre)" in err
+    assert status == 0 and "(intrinsics.json); 1000 per metre (ASSUMED: --per-metre)" in err
     assert read(tmp_path / "out", *places) == pytest.approx([0.2, 0.15], abs=0.01)
 
 
-@pytest.mark.parametrize(("metres", "said"), [(1e3, "what no depth camera measures"), (1e-3, "no depth camera")])
+@pytest.mark.parametrize(
+    ("metres", "said"), [(1e3, "is outside the range of depth cameras"), (1e-3, "outside the range of depth cameras")]
+)
 def test_a_scale_that_cannot_be_is_refused_before_work(tmp_path, run, metres, said) -> None:
     np.savez(tmp_path / "a.npz", depth=np.full((2, 120, 160), 1.5 * metres), intrinsics=[130.0, 130, 79.5, 59.5])
     status, _, err = run("--input", tmp_path / "a.npz")
@@ -90,7 +92,7 @@ def test_scales_of_clouds() -> None:
 
     points = np.random.default_rng(0).uniform(-2, 2, (500, 3))
     assert doubtful_scale(frame(points)) == doubtful_scale(frame(100 * points)) == ""
-    assert "about their middle" in doubtful_scale(frame(1000 * points))
+    assert "from their centre" in doubtful_scale(frame(1000 * points))
 
 
 # --- poses ---------------------------------------------------------------------------------------------------------------
@@ -109,7 +111,7 @@ def scalar_first(rotation, position):
 READINGS = {
     "": lambda *pose: pose,
     "if they are inverted": inverted,
-    "if they are scalar first (qw qx qy qz):": scalar_first,
+    "if they are scalar first (qw qx qy qz);": scalar_first,
     "scalar first (qw qx qy qz) and inverted": lambda *pose: scalar_first(*inverted(*pose)),
 }
 
@@ -162,7 +164,7 @@ def test_a_robot_that_is_not_where_it_is_said_is_noticed(shared_cases, arm, fram
     folder = shared_cases / "joints_base_and_order"
     record = read_joints(folder / "q.npz", arm.q_max)
     q = record.q[:, [2, 1, 0, 3, 4, 5]] if alphabet else record.q
-    check = BodyCheck(LeftOut(None, arm, JointRecord(record.path, record.stamps, q), "base"))
+    check = BodyCheck(Exclusions(None, arm, JointRecord(record.path, record.stamps, q), "base"))
     for one in open_input(folder / f"{frame}.npz"):
         check.add(one)
     line = check.line()
@@ -172,7 +174,7 @@ def test_a_robot_that_is_not_where_it_is_said_is_noticed(shared_cases, arm, fram
     assert "the base frame (--arm-base), the order of the joints" in line
     meant = line.split(" with ")[1]
     assert ("--arm-base base_link" in meant) == (frame == "base_link") and ("alphabet" in meant) == alphabet
-    true = BodyCheck(LeftOut(None, arm, record, frame))
+    true = BodyCheck(Exclusions(None, arm, record, frame))
     for one in open_input(folder / f"{frame}.npz"):
         true.add(one)
     assert tuple(check.found[check.best()]) == tuple(true.found[next(iter(true.readings))]) and true.line() == ""
@@ -181,7 +183,8 @@ def test_a_robot_that_is_not_where_it_is_said_is_noticed(shared_cases, arm, fram
 def test_a_robot_in_clouds_is_looked_for_along_their_rays(shared_cases, arm) -> None:
     folder = shared_cases / "joints_base_and_order"
     checks = [
-        BodyCheck(LeftOut(None, arm, read_joints(folder / "q.npz", arm.q_max), base)) for base in ("base", "base_link")
+        BodyCheck(Exclusions(None, arm, read_joints(folder / "q.npz", arm.q_max), base))
+        for base in ("base", "base_link")
     ]
     for frame in open_input(folder / "base.npz"):
         v, u = np.nonzero(frame.depth)
@@ -216,7 +219,7 @@ def test_base_link_takes_the_arm_out(shared_cases, run, tmp_path, arm) -> None:
 
 def test_a_run_that_takes_nothing_in_is_no_success(base, run, tmp_path) -> None:
     status, _, err = run("--input", base, *GIVEN, "--param", "least_share=2")
-    assert status == 2 and "nothing was taken into the map" in err and "6 x too few pixels with depth" in err
+    assert status == 2 and "the map has no data" in err and "6 x too few pixels with depth" in err
     assert "--per-metre" in err and not (tmp_path / "out").exists()
     status, _, err = run("--input", base, *GIVEN, layout=("--lower", 5, 5, 5, *BOX[4:]))
     assert status == 2 and "outside of the mapped box: give --fit" in err and not (tmp_path / "out").exists()
@@ -226,7 +229,7 @@ def test_what_lies_beyond_the_limits_of_depth_names_the_unit() -> None:
     totals = {"used": 6, "frames": 6, "points": 0, "new": 0, "refused": {}, "beyond": 900, "outside": 0}
     found = {"totals": totals, "params": {"near": 0.28, "far": 3.0}}
     text = nothing_taken(found)
-    assert "900 points nearer than 0.28 m or farther than 3 m: give --per-metre" in text and "\n" not in text
+    assert "900 points outside of the depth range 0.28 to 3 m: give --per-metre" in text and "\n" not in text
     assert (
         nothing_taken(found | {"totals": totals | {"new": 1}})
         == nothing_taken(found | {"totals": totals | {"points": 1}})
@@ -259,7 +262,7 @@ def test_frames_without_stamps_have_no_speeds(base, run) -> None:
     status, out, _ = run("--input", base, *GIVEN, "--rate", 30)
     assert "6 of 6" not in out and "pose leapt" in out
     status, _, err = run("--input", base, *GIVEN, "--param", "top_speed=1")
-    assert status == 2 and "no stamps; give --rate" in err
+    assert status == 2 and "no stamps, so speeds need --rate" in err
 
 
 @pytest.mark.parametrize(

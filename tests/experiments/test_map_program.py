@@ -234,14 +234,14 @@ def test_frames_before_a_broken_one_are_kept(images, played, run, tmp_path) -> N
 
     played(read, 5)
     status, out, err = run("--input", tmp_path)
-    assert status == 2 and "2 of 2 frames used" in out and "after 2 frames, which are kept: 2.png" in err
+    assert status == 2 and "2 of 2 frames used" in out and "after 2 frames, whose results are written: 2.png" in err
     assert "no pose" in err and "1 x no pose" in out
     assert (tmp_path / "out" / "map.npz").is_file()
 
 
 def test_nothing_taken_writes_nothing(record, run, tmp_path) -> None:
     status, _, err = run("--input", record("bb"), "--start", 7)
-    assert status == 2 and "no frame was taken" in err and not (tmp_path / "out").exists()
+    assert status == 2 and "no frame was used" in err and not (tmp_path / "out").exists()
 
 
 def test_each_camera_has_a_stream_of_its_own(images) -> None:
@@ -280,7 +280,7 @@ def test_hints_name_the_option_that_helps(record, run) -> None:
     _, out, _ = run("--input", path, "--capacity", 4, folder="few")
     assert "raise --capacity (now 4)" in out
     _, out, _ = run("--input", path, "--param", "far=0.9", folder="near")
-    assert "farther than 0.9 m" in out and "--param near" in out
+    assert "outside of the depth range 0.28 to 0.9 m" in out and "--param near" in out
 
 
 def ply(path, points) -> None:
@@ -317,7 +317,7 @@ def boards(folder) -> list[int]:
 
 def test_clouds_of_an_unknown_sensor_count_all_around_and_make_nothing_free(clouds, run, tmp_path) -> None:
     status, out, err = run("--input", clouds, layout=CLOUD_BOX)
-    assert status == 0 and "--origin" in err and "0 seen through, 0 removed" in out and "note" not in out
+    assert status == 0 and "--origin" in err and "0 in free space, 0 removed" in out and "note" not in out
     found = boards(tmp_path / "out")
     assert found[0] >= 16 and found[1] == found[2] >= 500
 
@@ -344,7 +344,7 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
     [
         ((), "no recording"),
         (("--input", "absent"), "nothing at absent"),
-        (("--input", ".", "--fit", "--lower", "0", "0", "0"), "either it or --lower"),
+        (("--input", ".", "--fit", "--lower", "0", "0", "0"), "either --fit or --lower"),
         (("--input", ".", "--every", "0"), "--every 0"),
         (("--input", ".", "--param", "speed=1"), "no parameter 'speed'"),
         (("--input", ".", "--param", "far=x"), "NAME=NUMBER"),
@@ -358,8 +358,8 @@ def test_figures_are_drawn(record, run, tmp_path) -> None:
         (("--input", ".", "--slice-at", "1e5", "0", "0"), "--slice-at 100000 0 0: accepted is a point near"),
         (("--input", ".", "--shape", "4000", "4000", "4000"), "raise --spacing"),
         (("--input", ".", "--shape", "0", "1", "1"), "at least 1"),
-        (("--input", ".", "--continue-from", "a", "--fit"), "leave it out"),
-        (("--input", ".", "--evaluate"), "leave --input out"),
+        (("--input", ".", "--continue-from", "a", "--fit"), "not accepted with --continue-from"),
+        (("--input", ".", "--evaluate"), "without --input"),
         (("--inptu", "."), "--input"),
     ],
 )
@@ -433,7 +433,7 @@ def test_the_evaluation_is_printed(monkeypatch, capsys) -> None:
     monkeypatch.setitem(sys.modules, "experiments.map.evaluate.report", report)
     assert main(["--evaluate"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert any("error_p95" in line and "0.004" in line and "bar < 0.01" in line for line in lines)
+    assert any("error_p95" in line and "0.004" in line and "target < 0.01" in line for line in lines)
     assert main(["--evaluate", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["error_p95"]["value"] == 0.004 and asked == [True, False]
 

@@ -65,7 +65,7 @@ def test_results_are_labelled_and_self_explaining(tmp_path: Path, capsys: pytest
         alone = toy_cell.evaluate(params, world)["score"][0]
         np.testing.assert_allclose(ds.score.sel(scene="hri", person="reach_in", seed=3, **place), alone, rtol=1e-5)
     printed = capsys.readouterr()
-    assert "Best settings (highest score, means over all worlds; failed ones come last):" in printed.out
+    assert "Best settings (highest score, means over all worlds; failed settings last):" in printed.out
     assert "settings/s" in printed.out and "r/results.nc" in printed.out
     assert "24 settings in 4 worlds" in printed.err
 
@@ -238,7 +238,7 @@ def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
     [
         (["--grid", "k_at=1"], "unknown parameter 'k_at'; close: k_att"),
         (["--grid", "zeta=0.5"], "potential.zeta = 0.5 is outside its domain [1, inf]"),
-        (["--grid", "k_att=log:0:1:3"], "a log range starts above 0"),
+        (["--grid", "k_att=log:0:1:3"], "a log range must start above 0"),
         (["--scene", "mars"], "no scene 'mars'; accepted: robotica, hri"),
         (["--person", "none.bvh"], "none.bvh: no such BVH file"),
         (["--config", "fast"], "no config 'fast'; accepted: paper, people, quick"),

@@ -133,7 +133,7 @@ def test_every_shared_file_is_read_and_placed(shared_data):
         ("", "does not begin with HIERARCHY"),
         ("hello\n", "does not begin with HIERARCHY"),
         (TINY.split("MOTION")[0], "no MOTION"),
-        (TINY.replace("Frames: 2", "Frames: 3"), "3 frames are announced, 2 rows"),
+        (TINY.replace("Frames: 2", "Frames: 3"), "3 frames are declared, but there are 2 rows"),
         (TINY.replace("Frames: 2", "Frames: two"), "not followed by"),
         (TINY.replace("Frames: 2", "Frames: 0"), "at least 1"),
         (TINY.replace("0.02", "-1"), "positive 'Frame Time:'"),

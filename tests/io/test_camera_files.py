@@ -121,7 +121,7 @@ def test_a_camera_file_beside_the_images_is_read_and_named(folder, name) -> None
     (folder / name).write_text(OWN)
     source = open_input(folder)
     assert next(iter(source)).intrinsics == Intrinsics(50, 51, 31.5, 23.5, 64, 48)
-    assert name in source.notes[0] and "1000 a metre (ASSUMED" in source.notes[0]
+    assert name in source.notes[0] and "1000 per metre (ASSUMED" in source.notes[0]
     (frame, _) = open_input(
         folder, intrinsics=Intrinsics(60, 60, 31.5, 23.5, 64, 48)
     )  # what is given goes before the file
@@ -139,18 +139,18 @@ def test_the_scale_of_a_camera_file_counts_and_one_given_goes_before_it(folder) 
 def test_what_is_assumed_is_named(shared_cases) -> None:
     source = open_input(shared_cases / "depth_camera_assumed" / "rs640")
     assert "fx 518 fy 519 cx 325.5 cy 253.5 of 640x480 pixels (ASSUMED" in source.notes[0]
-    assert "1000 a metre (ASSUMED" in source.notes[0] and "no stamps" in source.notes[1]
+    assert "1000 per metre (ASSUMED" in source.notes[0] and "no stamps" in source.notes[1]
 
 
 @pytest.mark.parametrize(
     ("files", "said"),
     [
-        ({"camera.txt": "525 526 319.5 239.5 640 480"}, "is of images of 640x480 pixels, the depth images have 64x48"),
+        ({"camera.txt": "525 526 319.5 239.5 640 480"}, "is for images of 640x480 pixels, the depth images have 64x48"),
         (
             {"camera.txt": "525 0 319.5\n0 525 239.5\n0 0 1"},
             "cx is 319.5, far from the middle of depth images of 64x48",
         ),
-        ({"camera.txt": "my camera"}, "does not describe a camera"),
+        ({"camera.txt": "my camera"}, "does not describe a supported camera"),
         ({"camera.txt": OWN, "intrinsics.txt": OWN.replace("50", "70")}, "describe different cameras"),
         (
             {"camera.json": '{"fx": 50, "fy": 50, "cx": 31, "cy": 23, "model": "ftheta", "coeffs": [1, 0, 0, 0]}'},

@@ -333,11 +333,11 @@ def test_poses_of_topics(recorder):
             np.testing.assert_allclose(f.position, position, atol=1e-3)  # the camera's own way is an arc
         bad = ["/odometry: 1 poses are not finite or have no unit quaternion"]
         assert source.skipped == (bad if options["pose_topic"] == "/odometry" else [])
-    assert "tf does not join" in _refused(r.path, pose_topic="/odometry", body_frame="gripper")
+    assert "tf does not connect" in _refused(r.path, pose_topic="/odometry", body_frame="gripper")
     assert "has no poses at /none" in _refused(r.path, pose_topic="/none")
     assert "is of sensor_msgs/msg/Image" in _refused(r.path, pose_topic=DEPTH)
     assert "not both" in _refused(r.path, pose_topic="/pose", world_frame="odom")
-    assert "belongs to a topic of poses" in _refused(r.path, body_frame="base")
+    assert "needs a pose topic" in _refused(r.path, body_frame="base")
 
 
 def test_several_cameras_and_topics_by_name(ros1):
@@ -361,7 +361,7 @@ def test_several_cameras_and_topics_by_name(ros1):
     assert given.intrinsics == left.intrinsics
     assert "no depth at /none" in _refused(r.path, topics=["/none"])
     assert "no sensor_msgs/CameraInfo at /none" in _refused(r.path, info_topic="/none")
-    assert "does not join" in _refused(r.path, world_frame="mars")
+    assert "does not connect" in _refused(r.path, world_frame="mars")
 
 
 def test_frames_that_cannot_be_used_are_named(ros1):
@@ -399,7 +399,7 @@ def test_bags_without_depth_camera_or_pose(tmp_path):
         "may be depth: name the topics": (tf, info, *(("image", (0, FLAT, "16UC1", n)) for n in ("/a", "/b"))),
         "has the point clouds /a, /b": (tf, *(("cloud", (0, POINTS, n)) for n in ("/a", "/b"))),
         "has the parents map, odom": (tf, ("tf", (0.0, "map", "base", OPTICAL, MOUNT)), info, image),
-        "turns in a circle": (tf, ("tf", (0.0, FRAME, "map", OPTICAL, MOUNT)), info, image),
+        "has a cycle": (tf, ("tf", (0.0, FRAME, "map", OPTICAL, MOUNT)), info, image),
         "none of its 1 frames can be used": (tf, info, ("image", (5.0, FLAT))),
         "fields intensity, a, b, c": (tf, ("cloud", (0.0, POINTS, "/points", FRAME, "abc"))),
         "tf has the roots base, map": (

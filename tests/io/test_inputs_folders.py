@@ -158,7 +158,7 @@ def test_image_that_is_none(tmp_path):
 
 
 def test_image_of_another_size(tmp_path):
-    with pytest.raises(UsageError, match="8x6 pixels, the intrinsics are of 640x480") as error:
+    with pytest.raises(UsageError, match="8x6 pixels, the intrinsics are for 640x480") as error:
         list(open_input(_numbered(tmp_path / "a")))
     _one_line(error)
 
@@ -181,10 +181,10 @@ def test_nothing_empty_unknown_and_foreign_options(tmp_path):
     for name, options, words in (
         ("missing", {}, "nothing at"),
         ("empty", {}, "is empty"),
-        ("text", {}, "no recording that can be read"),
-        ("text/a.txt", {}, "no recording that can be read"),
+        ("text", {}, "not a supported recording"),
+        ("text/a.txt", {}, "not a supported recording"),
         ("none", {}, "holds no depth images"),
-        ("a", {"world_frame": "map"}, "world_frame does not belong to it"),
+        ("a", {"world_frame": "map"}, "world_frame does not apply"),
         ("a", {"per_metre": 0.0}, "scale of depth is 0"),
         ("a", {"rate": float("nan")}, "rate of frames is nan"),
     ):

@@ -38,11 +38,11 @@ def test_without_names_the_order_is_assumed_and_said(shared_cases) -> None:
 
 
 def test_degrees_are_noticed(shared_cases, tmp_path) -> None:
-    with pytest.raises(UsageError, match=r"is 34\.3775, which this arm cannot reach \[rad\] \(degrees\?") as error:
+    with pytest.raises(UsageError, match=r"is 34\.3775, beyond the limits of this arm \[rad\] \(degrees\?") as error:
         read_joints(shared_cases / "joints_base_and_order" / "q_deg.npz", MOST)
     assert "\n" not in str(error.value)
     np.savez(tmp_path / "q.npz", stamp=[0.0, 1.0], q=1000 * Q)
-    with pytest.raises(UsageError, match="cannot reach") as error:
+    with pytest.raises(UsageError, match="beyond the limits") as error:
         read_joints(tmp_path / "q.npz", MOST)
     assert "degrees?" not in str(error.value)
 
@@ -51,7 +51,7 @@ def test_degrees_are_noticed(shared_cases, tmp_path) -> None:
     ("names", "said"),
     [
         ([*ORDER[:5], "finger"], "missing: wrist_3"),
-        ([*ORDER[:5], "shoulder_pan_joint"], "there twice"),
+        ([*ORDER[:5], "shoulder_pan_joint"], "occurs twice"),
     ],
 )
 def test_names_that_do_not_suffice(tmp_path, names, said) -> None:

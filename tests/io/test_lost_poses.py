@@ -33,7 +33,7 @@ def test_lines_without_a_pose(base, line) -> None:
     np.testing.assert_allclose([f.position[0] for f in frames], [0, 0.02, 0.04, 0.08, 0.1], atol=1e-6)
     assert len(source.skipped) == 1 and source.skipped[0].startswith("3.png, pose.txt line 4: no pose (")
     (base / "pose.txt").write_text("\n".join([line] * 6))
-    with pytest.raises(UsageError, match=r"pose\.txt line 1: .* nor is any other line a pose"):
+    with pytest.raises(UsageError, match=r"pose\.txt line 1: .* no other line is a valid pose"):
         open_input(base, intrinsics=CAMERA)
 
 
@@ -107,7 +107,7 @@ def test_ply_in_millimetres(tmp_path, kind) -> None:
     camera = "element camera 1\nproperty float view_px\nproperty float view_py\nproperty float view_pz\n"
     (tmp_path / "a.ply").write_text(header + camera + "end_header\n1000 0 500\n0 2000 0\n0 0 1000\n")
     if kind != "float":
-        with pytest.raises(UsageError, match=rf"whole numbers \({kind}\).*--per-metre"):
+        with pytest.raises(UsageError, match=rf"integers \({kind}\).*--per-metre"):
             list(open_input(tmp_path / "a.ply"))
     (frame,) = open_input(tmp_path / "a.ply", per_metre=1000)
     np.testing.assert_allclose(frame.cloud + frame.position, [[1, 0, 0.5], [0, 2, 0]], atol=1e-6)

@@ -78,7 +78,7 @@ def test_what_the_user_says_counts(tmp_path) -> None:
         read(tmp_path, bvh_text(PLAIN, 2), ",unit=0.0001")
     odd = bvh_text(replace(PLAIN, unit=0.13), 2)
     with pytest.raises(
-        UsageError, match=r"walk.bvh: hip to neck and one arm measure .* give the unit as in walk.bvh,unit=cm"
+        UsageError, match=r"walk.bvh: hip to neck plus one arm is .* give the unit as in walk.bvh,unit=cm"
     ):
         read(tmp_path, odd)
     said = read(tmp_path, odd, ",unit=0.13,up=y")

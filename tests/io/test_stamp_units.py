@@ -42,7 +42,7 @@ def test_npz_files_and_joints_too(tmp_path) -> None:
     stamps = 1_760_000_000_000_000_000 + np.arange(3) * 50_000_000
     np.savez(tmp_path / "a.npz", points=np.ones((3, 5, 3)), stamp=stamps)
     np.testing.assert_allclose([f.stamp - 1.76e9 for f in open_input(tmp_path / "a.npz")], [0, 0.05, 0.1], atol=1e-6)
-    assert open_input(tmp_path / "a.npz").notes == ("stamps of a.npz, by their size, in nanoseconds",)
+    assert open_input(tmp_path / "a.npz").notes == ("stamps of a.npz, inferred from their magnitude, in nanoseconds",)
     np.savez(tmp_path / "q.npz", stamp=stamps, q=np.zeros((3, 6)))
     record = read_joints(tmp_path / "q.npz", np.full(6, 6.28))
     np.testing.assert_allclose(record.stamps - 1.76e9, [0, 0.05, 0.1], atol=1e-6)

@@ -67,7 +67,7 @@ def test_a_device_that_is_not_there_is_one_line(platform: str) -> None:
         pytest.skip("there is a GPU here")
     (line,) = done.stderr.splitlines()
     assert done.returncode == 2 and done.stdout == ""
-    assert line.startswith(f"error: JAX_PLATFORMS={platform} in the environment: no such device here")
+    assert line.startswith(f"error: JAX_PLATFORMS={platform} in the environment: not available here")
     assert line.endswith("unset it, or set it to cpu")
 
 

@@ -49,9 +49,9 @@ def test_every_kind_of_value_arrives(tmp_path: Path) -> None:
         ("seed = [1, 'two']", "two"),
         ("seed = 1.5", "1.5"),
         ("backend = 'bullet'", "invalid choice 'bullet'"),
-        ("seed = [true]", "seed: accepted is a text, a number, true, false, or a list of texts or numbers"),
-        ("[out]\nfolder = 'x'", "out: accepted is a text"),
-        ("seed = 2020-01-01", "seed: accepted is a text"),
+        ("seed = [true]", "seed: accepted is a string, a number, true, false, or a list of strings or numbers"),
+        ("[out]\nfolder = 'x'", "out: accepted is a string"),
+        ("seed = 2020-01-01", "seed: accepted is a string"),
         ("figures = 'yes'", "yes"),
     ],
 )

@@ -28,7 +28,7 @@ def test_sections_of_a_file(tmp_path: Path) -> None:
     assert read_results(file) == {"arm": {"old": {"value": 1, "unit": "s"}}}
 
 
-@pytest.mark.parametrize(("text", "message"), [("{", "cannot be read as JSON"), ("[]", "holds no benchmark sections")])
+@pytest.mark.parametrize(("text", "message"), [("{", "is not valid JSON"), ("[]", "has no benchmark sections")])
 def test_other_files_are_refused(text: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "b.json").write_text(text)
     with pytest.raises(UsageError, match=message):

@@ -19,7 +19,7 @@ def test_a_folder_that_is_there_or_can_be_made_passes_and_stays_as_it_was(tmp_pa
 
 def test_a_file_on_the_way_is_named(tmp_path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(UsageError, match=r"file is no folder; give another --json"):
+    with pytest.raises(UsageError, match=r"file is not a folder; give another --json"):
         check_writable(tmp_path / "file" / "deep", "--json")
 
 
@@ -45,5 +45,5 @@ def test_an_empty_file_has_no_results_yet(tmp_path, text) -> None:
     (tmp_path / "a.json").write_text(text)
     assert read_results(tmp_path / "a.json") == {} == read_results(tmp_path / "absent.json")
     (tmp_path / "a.json").write_text("[1")
-    with pytest.raises(UsageError, match="cannot be read as JSON"):
+    with pytest.raises(UsageError, match="is not valid JSON"):
         read_results(tmp_path / "a.json")

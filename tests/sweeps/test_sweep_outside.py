@@ -89,7 +89,7 @@ def test_sigterm_ends_as_ctrl_c_and_the_same_command_goes_on(tmp_path: Path) -> 
     process.send_signal(signal.SIGTERM)
     _, error = process.communicate(timeout=60)
     assert process.returncode == 143
-    assert error.splitlines()[-1] == "error: stopped; the same command resumes where it was"
+    assert error.splitlines()[-1] == "error: stopped; the same command resumes the run"
     done = subprocess.run(words, env={**slow, "TOY_DELAY": "0"}, capture_output=True, text=True)
     assert done.returncode == 0 and "settings are finished already" in done.stderr
     assert main([*SMALL, "--no-figures", "--out", "whole"]) == 0

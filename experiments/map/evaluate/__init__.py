@@ -1,1 +1,1 @@
-"""How true a map is: generated worlds with exact distances, other methods on the same data, real frames."""
+"""Accuracy of a map: generated worlds with exact distances, other methods on the same data, recorded frames."""

@@ -1,4 +1,4 @@
-"""How far the distances of one case are from the exact ones: ours, and those of other methods on the same images."""
+"""Errors of distance and gradient in one case, of the map and of other methods on the same images."""
 
 from itertools import pairwise
 
@@ -11,29 +11,29 @@ from .queries import Queries, held_out, settled
 from .survey import Survey, map_points
 
 QUERIES = 4096
-"""Held-out places of each case."""
+"""Held-out query points of each case."""
 BOUND_RANGE = 0.2
-"""Over-estimation of the bound is taken up to this distance [m]."""
+"""Over-estimation by the bound is evaluated up to this distance [m]."""
 BANDS = (0.0, 0.01, 0.025, 0.05, 0.1, 0.2, 0.3)
-"""Distances between which errors are also given apart [m]."""
+"""Edges of the distance bands for which errors are also given separately [m]."""
 
 Measures = dict[str, float]
 
 
 def rmse(d: np.ndarray, exact: np.ndarray) -> float:
-    """Root of the mean square of the differences [m]."""
+    """Root mean square error [m]."""
     return float(np.sqrt(np.mean((d - exact) ** 2)))
 
 
 def cosines(g: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Cosines between gradients (query,); 0 where there is none."""
+    """Cosines between gradients (query,); 0 where the gradient is 0."""
     length = np.linalg.norm(g, axis=1)
     return np.sum(g * exact, axis=1) / np.where(length > 0, length, 1.0)
 
 
 def measure_case(case: Case, seen: Survey, seed: int) -> tuple[Measures, Queries, np.ndarray]:
-    """Errors of all methods at the held-out places of a case, in metres and cosines; the places, and what the bound reads
-    too far there [m]."""
+    """Errors of all methods at the held-out queries of a case, in metres and cosines; the queries; the bound minus the exact
+    distance there [m]."""
     asked = held_out(case, seen.frames, QUERIES, seed)
     exact, ours = asked.distance, ask(seen.state, asked.x)
     answers = {

@@ -1,4 +1,4 @@
-"""What a map says at many places: one compiled program each."""
+"""Results of a map at many query points: one compiled program each."""
 
 from functools import cache
 from typing import NamedTuple
@@ -13,22 +13,22 @@ from .survey import LAYOUT, PARAMS
 
 BATCH = 64
 PART = 1024
-"""Places that a program takes at once: one size, one compilation."""
+"""Queries of one call: one size, one compilation."""
 
 
 class Answers(NamedTuple):
-    """A map's answers at places (query,)."""
+    """Results of a map at query points (query,)."""
 
     distance: np.ndarray
-    """Corrected for curvature [m]."""
+    """Distance, corrected for curvature [m]."""
     gradient: np.ndarray
-    """Derivative of it (query, 3) [1]."""
+    """Its gradient (query, 3) [1]."""
     plain: np.ndarray
-    """Distance without the correction [m]."""
+    """Uncorrected distance [m]."""
     plain_gradient: np.ndarray
     """Its gradient (query, 3) [1]."""
     bound: np.ndarray
-    """What holds in 95 % of queries at least [m]."""
+    """95 % lower bound of the distance [m]."""
 
 
 @cache
@@ -55,7 +55,7 @@ def _slope():
 
 
 def ask(state: FieldMap, x: np.ndarray) -> Answers:
-    """All answers at x (query, 3) [m]."""
+    """All results at x (query, 3) [m]."""
     return Answers(*in_parts(lambda x: _ask()(state, x), x, PART))
 
 

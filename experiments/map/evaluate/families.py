@@ -1,4 +1,4 @@
-"""The generated worlds: five families, each with some seeds, seen by cameras round about."""
+"""The generated worlds: five families, each with some seeds, observed by cameras all around."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -15,23 +15,23 @@ from hrcjax.world.scenes import CAPACITY, Obstacle, make_scene
 from .solids import Tori, World
 
 TORI = 2
-"""Tori that every world has room for, so that all share one compiled program."""
+"""Capacity for tori of every world, so that all share one compiled program."""
 VIEWS = 24
 """Frames of one world."""
 
 
 class Case(NamedTuple):
-    """One world, how it is seen, and where it is asked."""
+    """One world, its camera poses, and its query box."""
 
     world: World
     eyes: np.ndarray
-    """Places of the camera (view, 3) [m]."""
+    """Positions of the camera (view, 3) [m]."""
     targets: np.ndarray
-    """What it looks at (view, 3) [m]."""
+    """Points that the camera looks at (view, 3) [m]."""
     lower: np.ndarray
-    """Least corner of the box of queries (3,) [m]."""
+    """Minimum corner of the query box (3,) [m]."""
     upper: np.ndarray
-    """Its greatest corner (3,) [m]."""
+    """Maximum corner of the query box (3,) [m]."""
 
 
 def _capsules(rows: Sequence[tuple[Sequence[float], Sequence[float], float]]) -> Capsules:
@@ -48,12 +48,12 @@ def _tori(rows: Sequence[tuple[Sequence[float], Sequence[float], float, float]])
 
 
 def plain(scene: Scene) -> World:
-    """A scene, with nothing round."""
+    """A scene without capsules and tori."""
     return World(scene, _capsules([]), _tori([]))
 
 
 def with_capsules(world: World, capsules: Capsules) -> World:
-    """The world with these instead of its capsules, as many as there are."""
+    """The world with its capsules replaced by as many others."""
     return World(world.scene, capsules, world.tori)
 
 
@@ -68,7 +68,7 @@ def _ring(
     heights: Sequence[float],
     angles: tuple[float, float] = (0.0, 2 * np.pi),
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Eyes about a vertical axis in as many circles as there are heights, with a shake, and what they look at."""
+    """Camera positions on one circle per height around a vertical axis, with random offsets, and the points they look at."""
     draw = np.random.default_rng(1000 + seed)
     each = VIEWS // len(heights)
     eyes, targets = [], []
@@ -92,7 +92,7 @@ def clutter_case(seed: int) -> Case:
 
 
 def robotica_case(seed: int) -> Case:
-    """The four obstacles of the Robotica paper: columns, balls of 3 cm, balls of 12 cm."""
+    """The four obstacles of the Robotica paper: columns, spheres of 3 cm, spheres of 12 cm."""
     eyes = _ring(seed, (0.4, 0.38, 0.12), (1.0, 1.0), (0.9, 0.45))
     world = plain(robotica(("columns", "spheres", "clearance")[seed % 3]))
     return _case(world, eyes, (0.0, -0.05, 0.0), (0.85, 0.75, 0.5))
@@ -164,4 +164,4 @@ FAMILIES: dict[str, tuple[Callable[[int], Case], tuple[int, ...]]] = {
     "shelf": (shelf_case, (0, 1)),
     "person": (person_case, (0, 1)),
 }
-"""Name -> what makes a case of a seed, and the seeds."""
+"""Name -> function from a seed to a case, and the seeds."""

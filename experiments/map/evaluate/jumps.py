@@ -1,4 +1,4 @@
-"""The largest leap of the distance along straight lines, which a function without leaps does not have."""
+"""The largest discontinuity of the distance along straight lines."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from .answers import distance_and_slope
 from .families import Case
 
 LINES, LENGTH, STEP = 24, 0.3, 5e-4
-"""Lines, the length of each [m], and the step at which they are looked at first [m]."""
+"""Number of lines, length of each [m], and initial step [m]."""
 SUSPECTS, HALVINGS = 64, 6
-"""Steps that are looked at more closely, and how often they are halved: to 8 micrometres."""
+"""Steps that are refined, and how often they are halved: to 8 micrometres."""
 
 
 def largest_jump(case: Case, state: FieldMap, seed: int) -> float:
-    """By how much the distance leaps somewhere along random lines [m].
+    """Largest jump of the distance along random lines [m].
 
-    A step is suspect by how much the change over it differs from the mean of the slopes at its ends times its length.
-    The most suspect ones are halved, each time the half with the larger difference kept; a true leap does not shrink.
+    The residual of a step is its change of distance less the mean of the slopes at its ends times its length. The steps with
+    the largest residuals are halved, and the half with the larger residual is kept; a true jump does not shrink.
     """
     draw = np.random.default_rng(seed)
     count = round(LENGTH / STEP)

@@ -1,4 +1,4 @@
-"""What changes: an object that is moved, and a person who passes before what stands still. Measured images throughout."""
+"""Scenes that change: an object that is moved, and a person who passes in front of static objects. All images have sensor noise."""
 
 import numpy as np
 from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]  # made at run time
@@ -15,33 +15,33 @@ from .solids import World
 from .survey import LAYOUT, Frame, look, map_points, number, survey, take
 
 ON_SURFACE, OFF_SURFACE = 0.02, 0.04
-"""A point belongs to a surface nearer than the first, and is apart from one farther than the second [m]."""
+"""A point is on a surface if nearer than the first, and off it if farther than the second [m]."""
 FREE = 0.1
-"""Depth by which an exact image must see behind a stale point, to count it as seen through [m]."""
+"""Depth behind a stale point that the exact image must show for the point to be in free space [m]."""
 LEAST_PIXELS = 16
-"""Pixels of a voxel's surface in an image under which it is not asked for: a tile of the view."""
+"""Least pixels of a voxel's surface in an image for it to be counted: one tile."""
 
 
 def _table(place: tuple[float, float]) -> World:
-    """Two columns that stay and a box of 16 cm at a place."""
+    """Two static columns and a box of 16 cm at a position."""
     columns = [Obstacle(COLUMN, (x, 0.5, 0.1), (0.04, 0.04, 0.1), 0.0, 0.04) for x in (0.1, 0.7)]
     box = Obstacle(2, (*place, 0.09), (0.08, 0.07, 0.09), 0.3, 0.1)
     return plain(make_scene([*columns, box], (0.0,) * 3, (0.1,) * 3, (-1.0,) * 3, (1.0,) * 3))
 
 
 def _seen_through(frame: Frame, p: np.ndarray) -> np.ndarray:
-    """Which of the points (point, 3) the exact image sees behind, at their pixel and those beside it."""
+    """Which of the points (point, 3) are in free space of the exact image, at their pixel and its neighbours."""
     row, column, z, inside = project(frame, p)
     least = np.min([frame.exact[row + i, column + j] for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
     return inside & (least > z + FREE)
 
 
 def moved_box(seed: int) -> Measures:
-    """A box goes from one place to another between two frames; the camera stands still from then on.
+    """A box is moved between two frames; the camera does not move after that.
 
     Returns:
-        gone: share of the points of its old place, seen through from there, that have gone after two frames; found:
-        share of the new place's voxels in view that have a point after one frame; and how many each.
+        gone: share of the points of its old position, in free space of the camera, that are removed after two frames; found:
+        share of the voxels in view at its new position that have a point after one frame; and the number of each.
     """
     draw = np.random.default_rng(seed)
     x = draw.uniform(0.25, 0.35)
@@ -65,7 +65,7 @@ def moved_box(seed: int) -> Measures:
 
 
 def new_surface(before: World, after: World, frame: Frame) -> np.ndarray:
-    """Middles of what an image shows of surfaces that were not there before, voxel by voxel (voxel, 3) [m]."""
+    """Mean points of the new surfaces in an image, voxel by voxel (voxel, 3) [m]."""
     c, z = frame.camera, frame.exact
     v, u = np.nonzero(np.isfinite(z) & (z < 4.0))
     z = z[v, u]
@@ -80,23 +80,23 @@ def new_surface(before: World, after: World, frame: Frame) -> np.ndarray:
 
 
 def _share_near(state: FieldMap, p: np.ndarray, distance: float) -> float:
-    """Share of places (place, 3) with a point of the map within a distance [m]."""
+    """Share of points (point, 3) with a point of the map within a distance [m]."""
     return float(np.mean(cKDTree(map_points(state)).query(p)[0] < distance))
 
 
 def person_passes(seed: int, frames: int = 12) -> Measures:
-    """A person walks between camera and table; what was there before and is hidden meanwhile should stay.
+    """A person walks between camera and table; occluded static points should stay in the map.
 
     Returns:
-        lost: share of the points in view, hidden in some frame, that have no point within a voxel's edge afterwards,
-        and how many were hidden.
+        lost: share of the points in view, occluded in some frame, that have no point within a voxel's edge afterwards,
+        and the number of occluded points.
     """
     case = robotica_case(seed)
     person = motion_named("pass_by", case.world.scene, seed)
     eye, target = np.asarray([0.4, 2.0, 0.75], np.float32), np.asarray([0.4, 0.3, 0.1], np.float32)
     seen = survey(case, seed, every=3)
     state = seen.state
-    for k in range(3):  # the standing camera's own view of it all
+    for k in range(3):  # the static camera's own view
         state, _ = take(state, look(case.world, eye, target, 9500 + k))
     before = map_points(state)
     hidden = np.zeros(len(before), bool)

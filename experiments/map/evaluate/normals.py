@@ -23,11 +23,11 @@ from .survey import LAYOUT, Survey, map_points
 NOISE = 0.002
 """Standard deviation of each coordinate of a sample [m]."""
 ASKED = 256
-"""Points of each body at which the surface is asked for."""
+"""Query points of each body."""
 DRAWN = 400_000
 PLACES = 4096
 ROUND = 2.0
-"""Least principal curvature of what counts as round on a map [1/m]."""
+"""Least principal curvature of a surface that counts as round [1/m]."""
 
 
 def _vector(*values: float) -> jax.Array:
@@ -61,7 +61,9 @@ def shape_at(distance: Callable[[jax.Array], jax.Array], x: jax.Array) -> tuple[
     """
     d, n = jax.value_and_grad(distance)(x)
     foot = x - d * n
-    values = jnp.linalg.eigvalsh(jax.hessian(distance)(foot) + 1e4 * n[:, None] * n[None, :])  # the normal's goes last
+    values = jnp.linalg.eigvalsh(
+        jax.hessian(distance)(foot) + 1e4 * n[:, None] * n[None, :]
+    )  # the normal's eigenvalue is the last
     return foot, n, values[:2][::-1]
 
 
@@ -99,7 +101,7 @@ def _sample(name: str, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def sampled(noise: float, seed: int = 0) -> dict[str, Measures]:
-    """Of each body: errors of normals [degrees] and of curvatures, relative to the larger one [1], and what is refused."""
+    """Of each body: errors of normals [degrees] and of curvatures, relative to the larger one [1], and the share refused [1]."""
     found = {}
     for number, name in enumerate(BODIES):
         points, n, k = _sample(name, seed + number)
@@ -149,9 +151,9 @@ def world_curvatures(world: World, p: np.ndarray, step: float = 1e-3) -> np.ndar
 
 
 def mapped(case: Case, seen: Survey, seed: int = 0) -> Measures:
-    """The same at points of a map of round bodies, seen from the nearest camera, where the length scale can resolve them.
+    """The same at points of a map of round bodies, from the nearest camera, where the length scale can resolve them.
 
-    The noise is that of the images, averaged by the map. Points next to another body are left out.
+    The noise is that of the images, averaged by the map. Points close to another body are excluded.
     """
     p = map_points(seen.state)
     d, n = truth(case.world, p)
@@ -162,7 +164,7 @@ def mapped(case: Case, seen: Survey, seed: int = 0) -> Measures:
     p = p[np.random.default_rng(seed).permutation(len(p))[:2048]]
     eyes = case.eyes[np.argmin(np.linalg.norm(p[:, None] - case.eyes[None], axis=2), axis=1)]
     n = truth(case.world, p)[1]
-    towards = np.where(np.sum((eyes - p) * n, axis=1, keepdims=True) > 0.2, eyes, p + n)  # from where it is seen
+    towards = np.where(np.sum((eyes - p) * n, axis=1, keepdims=True) > 0.2, eyes, p + n)  # from where it was observed
     p, towards = np.resize(p, (2048, 3)), np.resize(towards, (2048, 3)).astype(np.float32)
     got = jax.tree.map(np.asarray, _mapped()(seen.state.levels, jnp.asarray(p), jnp.asarray(towards)))
     d, n = truth(case.world, p)

@@ -1,4 +1,4 @@
-"""`python -m experiments.evaluate.page [ROWS.json] > docs/map-evaluation.md`: the page of the evaluation from its rows."""
+"""`python -m experiments.map.evaluate.page [ROWS.json] > docs/map-evaluation.md`: the page of the evaluation from its rows."""
 
 import json
 import math
@@ -12,75 +12,76 @@ from hrcjax.lab.compiled import keep_compiled
 from .published import COW_AND_LADY, RESOLUTIONS
 from .rows import Rows
 
-PROTOCOL = """# How true a map is
+PROTOCOL = """# Accuracy of a map
 
 ```
 python -m experiments.map --evaluate [--json]
 ```
 
-prints the rows below; this page was written by `python -m experiments.evaluate.page` from one such run (single precision,
+prints the rows below; this page was written by `python -m experiments.map.evaluate.page` from one such run (single precision,
 one core of a shared x86-64 machine, 2.5 cm spacing, default parameters).
 
 ## Protocol
 
-* **Worlds.** Five families with exact distances in closed form: boxes, columns and balls on a table (`clutter`, 3 seeds); the
-  Robotica paper's obstacles (`robotica`: columns, balls of 3 and of 12 cm); spheres, capsules and tori of 4 to 15 cm
+* **Worlds.** Five families with exact distances in closed form: boxes, columns and spheres on a table (`clutter`, 3 seeds); the
+  Robotica paper's obstacles (`robotica`: columns, spheres of 3 and of 12 cm); spheres, capsules and tori of 4 to 15 cm
   (`smooth`, 2 seeds); a corner of two walls with shelves and a gap of 6 to 9 cm (`shelf`, 2 seeds); a person who reaches over
   a table, or works at it (`person`).
 * **Images.** 24 of 640 x 480 pixels for each world, with exact poses and the errors of a D435i as `hrcjax.sense` simulates
-  them: noise of the disparity, millimetre steps, flying pixels, holes on the shadow side, range limits. The same images go to
-  all methods.
-* **Held-out places.** Even in a box about the bodies, outside all solids, within 30 cm of the nearest surface, 4,096 for each
-  world. A place counts if the nearest point of the exact surface was seen: by at least 3 images that show it in the exact
-  depth image (within 1 cm, at its pixel or beside it), less aslant than 78 degrees, and have a measurement there. No method
-  can know the rest. The same places for all methods.
+  them: disparity noise, quantisation to 1 mm, flying pixels, holes in the stereo shadow, range limits. All methods get the same
+  images.
+* **Held-out queries.** Drawn uniformly in a box around the bodies, outside all solids, within 30 cm of the nearest surface, 4,096
+  for each world. A query counts if the nearest point of the exact surface was observed by at least 3 images: visible in the
+  exact depth image (within 1 cm, at its pixel or a neighbour), at an incidence angle below 78 degrees, with a measurement
+  there. All methods get the same queries.
 * **Other methods.** Distance to the nearest point (a k-d tree) and the Euclidean distance transform of the 2.5 cm voxels that
   hold a point, interpolated between voxel centres. Each gets (a) the map's own points, (b) one of the measured pixels of each
   voxel, drawn at random, (c) the same without pixels that fewer than 2 of 4 neighbours support and without voxels that hold
-  fewer than 16 pixels of all images. In (b) flying pixels fill the air; it says more about them than about the method.
+  fewer than 16 pixels of all images. The result of (b) is dominated by flying pixels.
 * **Jumps.** 24 lines of 30 cm for each family in steps of 0.5 mm: change of the distance less the mean of the slopes at both
-  ends times the step. The 64 most suspect steps are halved to 8 micrometres; what is left is a leap.
-* **Change.** A box of 16 cm moves by 25 cm between two frames. Stale: its old points off all surfaces of the new scene by more
-  than 4 cm, behind which the exact image sees farther by 10 cm. New: voxels with at least 16 pixels of the new place in view.
-  A person walks between camera and table for 12 frames; hidden: points that some exact image covers.
+  ends times the step. The 64 steps with the largest residuals are halved to 8 micrometres; what remains is a jump.
+* **Change.** A box of 16 cm moves by 25 cm between two frames. Stale: its old points, more than 4 cm off all surfaces of
+  the new scene, where the exact image is at least 10 cm deeper. New: voxels of the new position with at least 16 pixels in view.
+  A person walks between camera and table for 12 frames; hidden: points occluded in some exact image.
 * **Surfaces.** Samples of analytic bodies, one point in each voxel, 2 mm of noise on each coordinate or none; radii in
-  millimetres in the names. Curvature errors are over the larger principal curvature. On the map: round bodies of a `smooth`
+  millimetres in the names. Curvature errors are relative to the larger principal curvature. On the map: round bodies of a `smooth`
   world, where the length scale (2 spacings) can resolve them, R > 8.7 cm.
-* **Recorded frames.** Four of five RGB-D frames (the first one's pose is off): the map of three, asked at those points of the
-  fourth that one of the three could have measured.
+* **Recorded frames.** Four of five RGB-D frames (the pose of the first one is wrong): the map of three, queried at those points
+  of the fourth that one of the three could have measured.
 
 ## Measured
 """
 
 PUBLISHED = """
-## Printed figures of other systems
+## Published results of other systems
 
 Cow and Lady sequence, distance RMSE in cm and cosine of the gradient by grid resolution. The protocol differs: a recorded room
-with a laser scan as truth, errors of poses included, all of the observed volume. They set a scale; they are no contest.
+with a laser scan as truth, errors of poses included, all of the observed volume. The numbers give the order of magnitude; they are not a ranking.
 """
 
 
 REMARKS = """
-## What misses its bar, and why
+## Targets that are not met, and why
 
-* **Cosine.** Two kinds of places make up nearly all of the loss. Within 1 cm of a surface, 3 to 7 % of the places, a direction
-  is hard to tell: in a corner a voxel's point is the mean of points of both faces, and where the distance reads 0 the gradient
-  is 0. Next to the middle between two surfaces, 8 to 14 % of the places, the exact gradient turns round within some
-  millimetres, and no map of one point a voxel turns in the same place. Elsewhere (`settled_cosine`) the bar is held. Noise is
-  not the cause: with every point moved to the exact surface (`cosine_exact_points`) the bar would be missed all the same.
-  The plain gradient of `map_distance_and_gradient` has the better direction everywhere, the derivative of the corrected
-  `map_distance` is the one that belongs to its value. A policy that needs a direction should take the plain one.
-* **Bound.** On smooth bodies it is more careful than it says (coverage over 0.99), as its part for sampling is meant for worlds
-  with edges, and the spread of the points about a query does not tell a round body from a sharp edge. Its constants were
-  chosen on other seeds of the same families, by the coverage there. It reads too far most often where few images saw the
-  nearest surface, at edges, and where a surface has gaps between its points.
-* **Curvature on a map** is right to 1 or 2 % in the median, far off in 5 % of the places, probably near the end of what was
-  seen or close to another body, where the points about are no sample of one surface; not all of these are refused.
+* **Cosine.** Two kinds of queries cause nearly all of the error. Within 1 cm of a surface, 3 to 7 % of the queries, the direction
+  is ill-defined: in a corner a voxel's point is the mean of points of both faces, and where the distance is 0 the gradient
+  is 0. Near the medial axis between two surfaces, 8 to 14 % of the queries, the exact gradient reverses within a few
+  millimetres, and a map with one point per voxel reverses it elsewhere. All other queries (`settled_cosine`) meet the target.
+  Noise is not the cause: with every point moved to the exact surface (`cosine_exact_points`) the target would still be missed.
+  The uncorrected gradient of `map_distance_and_gradient` has the better direction everywhere; the derivative of the corrected
+  `map_distance` is consistent with its value. A policy that needs a direction should use the uncorrected one.
+* **Bound.** On smooth bodies it is conservative (coverage over 0.99): its sampling term is meant for worlds with edges, and the
+  spread of the points around a query does not distinguish a round body from a sharp edge. Its constants were chosen on other
+  seeds of the same families, by the coverage there. It over-estimates most often where few images observed the nearest
+  surface, at edges, and where a surface has gaps between its points.
+* **Curvature on a map** is within 1 or 2 % in the median, and wrong by far in 5 % of the points, probably near the border of the
+  observed surface or close to another body, where the neighbouring points are not a sample of one surface; not all of these are
+  refused.
 """
 
 
 def held(value: float, bar: str) -> bool | None:
-    """Whether a value keeps a bar such as "< 3", ">= 0.95" or "0.93 to 0.99"; None: the bar is in words."""
+    """Whether a value meets a target such as "< 3", ">= 0.95" or "0.93 to 0.99"; None: the target is in words."""
     words = bar.split(",")[0].split()
     if len(words) == 3 and words[1] == "to":
         return float(words[0]) <= value <= float(words[2])
@@ -92,7 +93,7 @@ def held(value: float, bar: str) -> bool | None:
 
 def page(rows: Rows | Mapping[str, Mapping[str, Any]], remarks: str = REMARKS) -> str:
     """The page as text."""
-    lines = [PROTOCOL, "| row | measured | unit | bar | held |", "|---|---|---|---|---|"]
+    lines = [PROTOCOL, "| row | measured | unit | target | met |", "|---|---|---|---|---|"]
     for name, entry in rows.items():
         bar, value = entry["bar"], entry["value"]
         kept = None if bar is None or not math.isfinite(value) else held(value, bar)

@@ -1,4 +1,4 @@
-"""Programs of one size for any number of places."""
+"""Programs of a fixed batch size for any number of queries."""
 
 from collections.abc import Callable, Sequence
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def in_parts(program: Callable[[jax.Array], Sequence[jax.Array]], x: np.ndarray, size: int) -> list[np.ndarray]:
-    """Results of a program that takes `size` rows of x (n, 3) at a time, the last of them repeated to fill up."""
+    """Results of a program for `size` rows of x (n, 3) at a time; the last batch is padded with its last row."""
     parts = []
     for begin in range(0, len(x), size):
         part = x[begin : begin + size]

@@ -1,4 +1,4 @@
-"""Other ways to a distance from points: the nearest point, and a voxel distance transform."""
+"""Other distances from points: the nearest point, and a voxel distance transform."""
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -14,10 +14,10 @@ def nearest_point(points: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def voxel_transform(points: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Euclidean distance transform of the voxels that hold a point, between voxel centres linear in each axis [m].
+    """Euclidean distance transform of the voxels that hold a point, interpolated trilinearly between voxel centres [m].
 
     Returns:
-        distance [m] and the gradient of the interpolation, of any length.
+        distance [m] and the gradient of the interpolation, not normalised.
     """
     lower, spacing = np.asarray(LAYOUT.lower), LAYOUT.spacing
     free = np.ones(np.asarray(LAYOUT.shape) * 4, bool)

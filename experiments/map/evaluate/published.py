@@ -1,12 +1,12 @@
-"""Printed figures of three systems on the Cow and Lady sequence, to stand beside what is measured here.
+"""Published results of three systems on the Cow and Lady sequence, for comparison.
 
-Source: the comparison printed by the authors of the HRI paper's field, copied, not measured here. The others are FIESTA
+Source: the comparison published by the authors of the HRI paper's field, copied, not measured here. The others are FIESTA
 (Han et al., IROS 2019) and Voxblox (Oleynikova et al., IROS 2017). Distance RMSE in centimetres and mean cosine of the
 gradient by grid resolution.
 
 The protocol differs: a room recorded by a Kinect with a laser scan as its truth, errors of poses included, queries in the
 whole observed volume. Ours are generated scenes with exact distance and exact poses, a simulated D435i, queries within
-30 cm of surfaces that were seen. The figures set a scale; they are no contest.
+30 cm of observed surfaces. The numbers give the order of magnitude; they are not a ranking.
 """
 
 RESOLUTIONS = (5.0, 7.5, 10.0, 15.0, 20.0, 25.0)

@@ -1,4 +1,4 @@
-"""Where a map is asked: in free space, near surfaces that were seen."""
+"""Query points: in free space, near observed surfaces."""
 
 from functools import cache
 from typing import NamedTuple
@@ -12,25 +12,25 @@ from .solids import World, world_distance
 from .survey import PARAMS, Frame, number
 
 NEAR = 0.3
-"""Queries are not farther from surfaces than this [m]."""
+"""Largest distance of a query from a surface [m]."""
 LEAST_VIEWS = 3
-"""A surface counts as seen if so many images show it."""
+"""Least number of images in which an observed surface is visible."""
 LEAST_COSINE = 0.2
-"""And not more aslant than this: cosine between its normal and the ray [1]."""
+"""Least cosine between its normal and the ray [1]."""
 AGREE = 0.01
-"""And in the exact image a pixel at its place is no farther in depth than this [m]."""
+"""Largest difference between its depth and that of the exact image at its pixel [m]."""
 DRAWN = 40_000
 PART = 8192
-"""Places that a program takes at once."""
+"""Queries of one call."""
 OFF, STEP, KEPT = 0.01, 0.015, 0.8
 """Least distance [m], step [m] and cosine [1] of `settled`."""
 
 
 class Queries(NamedTuple):
-    """Places with their exact answers."""
+    """Query points with their exact results."""
 
     x: np.ndarray
-    """Places (query, 3) [m]."""
+    """Positions (query, 3) [m]."""
     distance: np.ndarray
     """Exact distance (query,) [m]."""
     gradient: np.ndarray
@@ -52,10 +52,10 @@ def truth(world: World, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def settled(world: World, asked: Queries) -> np.ndarray:
-    """Where a direction away from the nearest surface is well defined (query,).
+    """Where the direction away from the nearest surface is well defined (query,).
 
-    More than 1 cm off, and the exact gradient keeps to a cosine of 0.8 within 15 mm along every axis: not next to a place
-    that is equally far from two surfaces.
+    More than 1 cm from the surface, and the exact gradient changes by at most a cosine of 0.8 within 15 mm along every axis: not
+    near the medial axis.
     """
     least = np.ones(len(asked.x))
     for step in np.concatenate([np.eye(3), -np.eye(3)]) * STEP:
@@ -77,10 +77,10 @@ def project(frame: Frame, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def times_seen(frames: list[Frame], p: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """In how many images a point of a surface was measured (point,).
+    """Number of images in which a surface point was measured (point,).
 
-    An image counts if the point is in it, within the map's limits of depth, not too much aslant; if in the exact image a
-    pixel at its place or beside it has its depth; and if there is a measurement at that pixel.
+    An image counts if the point is in its field of view and depth range at a sufficient incidence angle; if the exact image has
+    the point's depth at its pixel or a neighbour; and if there is a measurement at that pixel.
     """
     count = np.zeros(len(p), int)
     for frame in frames:
@@ -94,7 +94,7 @@ def times_seen(frames: list[Frame], p: np.ndarray, normal: np.ndarray) -> np.nda
 
 
 def held_out(case: Case, frames: list[Frame], count: int, seed: int) -> Queries:
-    """Places drawn evenly in the case's box: outside all solids, near surfaces, the nearest point of which was seen."""
+    """Queries drawn uniformly in the case's box: outside all solids, near surfaces whose nearest point was observed."""
     x = np.random.default_rng(seed).uniform(case.lower, case.upper, (DRAWN, 3)).astype(np.float32)
     d, g = truth(case.world, x)
     near = np.nonzero((d > 0) & (d < NEAR))[0][: 4 * count]

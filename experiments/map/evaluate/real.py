@@ -1,4 +1,4 @@
-"""Five recorded RGB-D frames: how far the points of one lie from the map of the others."""
+"""Five recorded RGB-D frames: distance of the points of one from the map of the others."""
 
 import os
 from functools import cache
@@ -30,13 +30,13 @@ from .accuracy import Measures
 from .survey import number
 
 FRAMES = (1, 2, 3, 4)
-"""Frames that agree with each other, counted from 0; the pose of the first one is off."""
+"""Frames with consistent poses, counted from 0; the pose of the first one is wrong."""
 POINTS = 2048
 """Held-out points of each frame."""
 MARGIN = 0.1
-"""Added to the box about the points [m]."""
+"""Margin of the box around the points [m]."""
 HIDDEN = 0.1
-"""A point so far behind what an image shows is hidden [m]."""
+"""A point farther than this behind the measured depth is occluded [m]."""
 BLOCKS = 16_384
 PARAMS = MapParams()
 
@@ -50,7 +50,7 @@ def recording() -> Path:
 @cache
 def _programs(layout: MapLayout):
     def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
-        stream = initial_stream(depth.dtype)  # of frames that all are to be believed
+        stream = initial_stream(depth.dtype)  # all frames are accepted
         state, _, report, _ = take_frame(
             layout, FrameParams(PARAMS), state, stream, jnp.zeros((), depth.dtype), camera, depth
         )
@@ -72,7 +72,7 @@ def camera_of(frame: InputFrame) -> Camera:
 
 
 def points_of(frame: InputFrame) -> np.ndarray:
-    """Pixels within the depths that the map takes, in the world (pixel, 3) [m]."""
+    """Pixels within the map's depth range, in the world (pixel, 3) [m]."""
     assert frame.intrinsics is not None and frame.depth is not None
     i, z = frame.intrinsics, frame.depth
     v, u = np.nonzero((z > number(PARAMS.near)) & (z < number(PARAMS.far)))
@@ -81,7 +81,7 @@ def points_of(frame: InputFrame) -> np.ndarray:
 
 
 def shown(frame: InputFrame, p: np.ndarray) -> np.ndarray:
-    """Which points (point, 3) [m] the frame could have measured: in its image, with a depth there, not hidden by that."""
+    """Which points (point, 3) [m] the frame could have measured: in its image, with a measurement there, not occluded."""
     assert frame.intrinsics is not None and frame.depth is not None
     i = frame.intrinsics
     x, y, z = ((p - frame.position) @ frame.rotation).T
@@ -93,7 +93,7 @@ def shown(frame: InputFrame, p: np.ndarray) -> np.ndarray:
 
 
 def refusals(frames: list[InputFrame]) -> list[int]:
-    """What the check of a stream says of each frame: bits of `hrcjax.map.admit`, 0: taken."""
+    """Result of the plausibility check of each frame: bits of `hrcjax.map.admit`, 0: accepted."""
     state, bits = initial_stream(), []
     for frame in frames:
         depth, stamp = jnp.asarray(frame.depth, jnp.float32), jnp.asarray(frame.stamp, jnp.float32)
@@ -103,11 +103,11 @@ def refusals(frames: list[InputFrame]) -> list[int]:
 
 
 def leave_one_out() -> Measures | None:
-    """Maps of three of the four frames, asked at those points of the fourth that one of the three could have measured.
+    """Maps of three of the four frames, queried at those points of the fourth that one of the three could have measured.
 
     Returns:
-        median and 90th percentile of the distances, the worst median of a frame [m], how many frames a stream would
-        refuse; None: the frames are not there.
+        median and 90th percentile of the distances, the worst median of a frame [m], number of frames that the
+        plausibility check refuses; None: the recording is not available.
     """
     try:
         everything = list(open_input(recording()))

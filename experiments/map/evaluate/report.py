@@ -1,4 +1,4 @@
-"""`run_evaluation`: all rows on how true a map is."""
+"""`run_evaluation`: all rows on the accuracy of a map."""
 
 import sys
 import time
@@ -22,13 +22,13 @@ SEEDS_OF_CHANGE = (0, 1)
 
 
 def run_evaluation(progress: bool = True) -> dict[str, dict[str, Any]]:
-    """Measures everything; some minutes.
+    """Measures everything; takes a few minutes.
 
     Args:
         progress: one line to standard error after each part.
 
     Returns:
-        name -> {"value": number, "unit": text, "bar": text or None}; a value that cannot be had is not a number, and its
+        name -> {"value": number, "unit": text, "bar": text or None}; a value that is not available is NaN, and its
         unit says why.
     """
     begin = time.monotonic()
@@ -48,20 +48,20 @@ def run_evaluation(progress: bool = True) -> dict[str, dict[str, Any]]:
     moved = [moved_box(seed) for seed in SEEDS_OF_CHANGE]
     passed = [person_passes(seed) for seed in SEEDS_OF_CHANGE]
     rows |= change_rows(moved, passed)
-    say("things that move")
+    say("moving objects")
     rows |= normal_rows(sampled(NOISE), sampled(0.0), on_map)
     say("normals and curvatures")
     rows |= real_rows(leave_one_out())
     say("recorded frames")
-    rows["seconds"] = row(time.monotonic() - begin, "s, all of it, on this machine", "< 300")
+    rows["seconds"] = row(time.monotonic() - begin, "s, whole evaluation, on this machine", "< 300")
     return rows
 
 
 def _families(
     say: Callable[[str], None],
 ) -> tuple[dict[str, list[Measures]], tuple[np.ndarray, np.ndarray], dict[str, float], Measures, Measures]:
-    """Accuracy of all cases, what the bound reads too far and the distances there, the largest jump of each family, weights
-    on clutter, surfaces of smooth bodies."""
+    """Accuracy of all cases, excess of the bound and the exact distances there, the largest jump of each family, weights on
+    clutter, surfaces of smooth bodies."""
     families: dict[str, list[Measures]] = {}
     bounds: list[tuple[np.ndarray, np.ndarray]] = []
     jumps: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""Rows of the evaluation: names, units and bars, from what was measured."""
+"""Rows of the evaluation: names, units and targets, from the measurements."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,8 +11,8 @@ Rows = dict[str, dict[str, Any]]
 
 PEERS = {
     "nearest_map": "nearest point of the map",
-    "nearest_supported": "nearest measured pixel, one a voxel, flying pixels filtered",
-    "nearest_raw": "nearest measured pixel, one a voxel",
+    "nearest_supported": "nearest measured pixel, one per voxel, flying pixels filtered",
+    "nearest_raw": "nearest measured pixel, one per voxel",
     "voxels_map": "distance transform of the map's voxels",
     "voxels_supported": "distance transform, flying pixels filtered",
     "voxels_raw": "distance transform of all measured voxels",
@@ -24,7 +24,7 @@ FIGURES = (
     ("over", 1e3, "mm", "< 3"),
     ("coverage", 1.0, "1", "0.93 to 0.99"),
 )
-"""What is given for each family: name, factor, unit, bar."""
+"""Measures of each family: name, factor, unit, target."""
 
 
 def row(value: float, unit: str, bar: str | None = None) -> dict[str, Any]:
@@ -37,7 +37,7 @@ def _key(figure: str, method: str) -> str:
 
 
 def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
-    """Distance, gradient and bound: of every family the mean over its seeds, then mean and worst over families."""
+    """Distance, gradient and bound: the mean over the seeds of every family, then mean and worst over families."""
     means = {name: {k: float(np.mean([m[k] for m in cases])) for k in cases[0]} for name, cases in families.items()}
     rows: Rows = {}
     for figure, factor, unit, bar in FIGURES:
@@ -57,20 +57,20 @@ def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
                 rows[f"{figure}_plain.{family}"] = row(factor * mean[_key(figure, "plain")], method)
             for peer, words in PEERS.items():
                 rows[f"{figure}_{peer}.mean"] = row(factor * _mean(means, _key(figure, peer)), f"{unit}, {words}")
-    place = "1, more than 1 cm off and not next to the middle between surfaces"
+    place = "1, more than 1 cm from surfaces and not near the medial axis"
     for name, words in (("ours", ""), ("plain", ", plain"), ("nearest_map", ", nearest point of the map")):
         rows[f"settled_cosine_{name}.mean"] = row(_mean(means, f"settled_cosine_{name}"), place + words)
     rows["cosine_exact_points.mean"] = row(
         _mean(means, "cosine_exact_points"), "1, plain gradient, if all points of the map lay on the exact surfaces"
     )
-    rows["settled.mean"] = row(_mean(means, "settled"), "1, share of such places")
-    rows["no_gradient.mean"] = row(_mean(means, "no_gradient"), "1, share of places where the plain gradient is 0")
+    rows["settled.mean"] = row(_mean(means, "settled"), "1, share of such queries")
+    rows["no_gradient.mean"] = row(_mean(means, "no_gradient"), "1, share of queries where the plain gradient is 0")
     for peer in ("nearest_map", "nearest_supported", "voxels_map", "voxels_supported"):
         ratio = max(mean["rmse_ours"] / mean[f"rmse_{peer}"] for mean in means.values())
-        rows[f"rmse_over_{peer}.worst"] = row(ratio, "of that method's, worst family", "< 1")
+        rows[f"rmse_over_{peer}.worst"] = row(ratio, "1, ratio to that method's, worst family", "< 1")
     bands = [name.removeprefix("band_rmse_") for name in next(iter(means.values())) if name.startswith("band_rmse_")]
     for band in (name for name in bands if not name.startswith("nearest")):
-        place = f"{band.replace('_', ' to ')} mm off"
+        place = f"{band.replace('_', ' to ')} mm from surfaces"
         rows[f"rmse_at_{band}.mean"] = row(1e3 * _mean(means, f"band_rmse_{band}"), f"mm, {place}")
         nearest = f"mm, {place}, nearest point of the map"
         rows[f"rmse_nearest_map_at_{band}.mean"] = row(1e3 * _mean(means, f"band_rmse_nearest_{band}"), nearest)
@@ -78,27 +78,27 @@ def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
         rows[f"cosine_plain_at_{band}.mean"] = row(_mean(means, f"band_cosine_plain_{band}"), f"1, {place}, plain")
         rows[f"coverage_at_{band}.mean"] = row(_mean(means, f"band_cover_{band}"), f"1, {place}")
     queries = sum(m["queries"] for cases in families.values() for m in cases)
-    rows["queries"] = row(queries, "held-out places")
+    rows["queries"] = row(queries, "held-out queries")
     rows["incomplete_blocks"] = row(sum(m["faults"] for cases in families.values() for m in cases), "blocks", "0")
     return rows
 
 
 def _mean(means: Mapping[str, Measures], key: str) -> float:
-    """Over families; of those that have queries there."""
+    """Mean over the families that have such queries."""
     return float(np.nanmean([mean[key] for mean in means.values()]))
 
 
 def bound_rows(excess: np.ndarray, distance: np.ndarray) -> Rows:
-    """The bound at all places of all worlds together.
+    """The bound at all queries of all worlds together.
 
     Args:
-        excess: what the bound reads too far (place,) [m].
-        distance: the exact distances there (place,) [m].
+        excess: bound minus exact distance (query,) [m].
+        distance: the exact distances (query,) [m].
     """
     over = 1e3 * float(np.percentile(excess[distance < BOUND_RANGE], 99))
     return {
-        "over.all": row(over, "mm, all places together", "< 3"),
-        "coverage.all": row(float(np.mean(excess <= 0)), "1, all places together", "0.93 to 0.99"),
+        "over.all": row(over, "mm, all queries together", "< 3"),
+        "coverage.all": row(float(np.mean(excess <= 0)), "1, all queries together", "0.93 to 0.99"),
     }
 
 
@@ -128,19 +128,19 @@ def normal_rows(noisy: Mapping[str, Measures], clean: Mapping[str, Measures], ma
 def change_rows(moved: Sequence[Measures], passed: Sequence[Measures]) -> Rows:
     """Moved object and passing person: the worst of the seeds."""
     return {
-        "moved_gone": row(min(m["gone"] for m in moved), "1, stale points gone after 2 frames", ">= 0.95"),
+        "moved_gone": row(min(m["gone"] for m in moved), "1, stale points removed after 2 frames", ">= 0.95"),
         "moved_found": row(min(m["found"] for m in moved), "1, new surface found after 1 frame", ">= 0.95"),
-        "hidden_lost": row(max(m["lost"] for m in passed), "1, hidden points lost behind a person", "< 0.01"),
+        "hidden_lost": row(max(m["lost"] for m in passed), "1, occluded points lost behind a person", "< 0.01"),
     }
 
 
 def real_rows(found: Measures | None) -> Rows:
     """The recorded frames."""
     if found is None:
-        return {"real_median": row(float("nan"), "mm; the recording is not there", "< 25")}
+        return {"real_median": row(float("nan"), "mm; the recording is not available", "< 25")}
     return {
-        "real_median": row(1e3 * found["median"], "mm, held-out points of a frame to the zero of the others", "< 25"),
+        "real_median": row(1e3 * found["median"], "mm, held-out points of a frame to the map of the others", "< 25"),
         "real_median.worst": row(1e3 * found["worst"], "mm, worst frame", "< 25"),
         "real_p90": row(1e3 * found["p90"], "mm, 90th percentile"),
-        "real_refused": row(found["refused"], "of 5 frames a stream would refuse: poses leap"),
+        "real_refused": row(found["refused"], "1, frames refused of 5: poses jump"),
     }

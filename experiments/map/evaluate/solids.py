@@ -16,16 +16,16 @@ from hrcjax.world.scene import FLOOR_Z
 STEPS = 48
 """Steps of sphere tracing to a torus."""
 CLOSE = 5e-4
-"""A ray that ends nearer to a torus than this has met it [m]."""
+"""A ray that ends nearer to a torus than this hits it [m]."""
 
 
 class Tori(eqx.Module):
-    """Rings of round section."""
+    """Tori."""
 
     center: Float[Array, "torus 3"]
-    """Middle of the ring [m]."""
+    """Centre of the torus [m]."""
     axis: Float[Array, "torus 3"]
-    """Of the ring, of length 1."""
+    """Axis of the torus, of length 1."""
     ring: Float[Array, "torus"]
     """Radius of the circle of tube centres [m]."""
     tube: Float[Array, "torus"]

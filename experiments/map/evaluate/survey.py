@@ -1,4 +1,4 @@
-"""A world seen from all its places by a simulated D435i: the map, and what other methods are given of the same images."""
+"""A world observed from all its camera poses by a simulated D435i: the map, and the input of other methods from the same images."""
 
 from functools import cache
 from typing import NamedTuple
@@ -32,11 +32,11 @@ PARAMS = MapParams()
 
 
 LEAST_PIXELS = 16
-"""Pixels of all images together under which a voxel is taken for one of flying pixels, for other methods."""
+"""Least pixels of all images in a voxel for other methods; below, they are taken for flying pixels."""
 
 
 def number(value: ArrayLike) -> float:
-    """A scalar on the host."""
+    """A scalar as a Python float."""
     return float(np.asarray(value))
 
 
@@ -45,9 +45,9 @@ class Frame(NamedTuple):
 
     camera: Camera
     exact: np.ndarray
-    """Depth without errors; infinity: nothing (height, width) [m]."""
+    """Exact depth; infinity: no surface (height, width) [m]."""
     measured: np.ndarray
-    """What the camera says; 0: nothing (height, width) [m]."""
+    """Measured depth; 0: no measurement (height, width) [m]."""
 
 
 class Survey(NamedTuple):
@@ -56,11 +56,11 @@ class Survey(NamedTuple):
     state: FieldMap
     frames: list[Frame]
     raw: np.ndarray
-    """Measured pixels, one in each voxel, drawn at random (point, 3) [m]."""
+    """Measured pixels, one per voxel, drawn at random (point, 3) [m]."""
     supported: np.ndarray
-    """The same of pixels that their neighbours support, in voxels that hold many of them (point, 3) [m]."""
+    """The same without pixels that their neighbours do not support and voxels with few pixels (point, 3) [m]."""
     faults: int
-    """Blocks of any frame that found no place."""
+    """Blocks and points of any frame that exceeded a capacity."""
 
 
 @cache
@@ -76,7 +76,7 @@ def _look():
 @cache
 def _take():
     def step(state: FieldMap, camera: Camera, depth: jax.Array) -> tuple[FieldMap, FrameReport]:
-        stream = initial_stream(depth.dtype)  # of frames that all are to be believed
+        stream = initial_stream(depth.dtype)  # all frames are accepted
         state, _, report, _ = take_frame(
             LAYOUT, FrameParams(PARAMS), state, stream, jnp.zeros((), depth.dtype), camera, depth
         )
@@ -96,18 +96,18 @@ def _supported():
 
 
 def look(world: World, eye: np.ndarray, target: np.ndarray, seed: int) -> Frame:
-    """One image of a world with the errors of a D435i."""
+    """One image of a world with the noise of a D435i."""
     camera, exact, measured = _look()(world, jnp.asarray(eye), jnp.asarray(target), jax.random.key(seed))
     return Frame(camera, np.asarray(exact), np.asarray(measured))
 
 
 def take(state: FieldMap, frame: Frame) -> tuple[FieldMap, FrameReport]:
-    """The map after one image. The old map is given up."""
+    """The map after one image. The old map's memory is reused."""
     return _take()(state, frame.camera, jnp.asarray(frame.measured))
 
 
 def settled(state: FieldMap) -> FieldMap:
-    """The map after all weights that wait are fitted. The old map is given up."""
+    """The map with all weights up to date. The old map's memory is reused."""
     return _settle()(state)
 
 
@@ -117,7 +117,7 @@ def map_points(state: FieldMap) -> np.ndarray:
 
 
 def pixels(frame: Frame, z: np.ndarray) -> np.ndarray:
-    """All pixels of a measured image z [m] within the depths that the map takes, in the world (pixel, 3) [m]."""
+    """All pixels of a measured image z [m] within the map's depth range, in the world (pixel, 3) [m]."""
     c = frame.camera
     v, u = np.nonzero((z > number(PARAMS.near)) & (z < number(PARAMS.far)))
     z = z[v, u]
@@ -126,7 +126,7 @@ def pixels(frame: Frame, z: np.ndarray) -> np.ndarray:
 
 
 class RandomThinning:
-    """One point in each voxel of the map, each of those that fell into it with the same probability."""
+    """One point per voxel of the map, drawn uniformly from the points in the voxel."""
 
     def __init__(self, seed: int) -> None:
         self.draw = np.random.default_rng(seed)
@@ -136,7 +136,7 @@ class RandomThinning:
         self.count = np.zeros(len(self.best), np.int32)
 
     def add(self, points: np.ndarray) -> None:
-        """More points (point, 3) [m]."""
+        """Adds points (point, 3) [m]."""
         place = np.floor((points - np.asarray(LAYOUT.lower, np.float32)) / np.float32(LAYOUT.spacing)).astype(np.int32)
         inside = np.all((place >= 0) & (place < self.shape), axis=1)
         points, place = points[inside], place[inside]
@@ -145,17 +145,17 @@ class RandomThinning:
         lot = self.draw.random(len(points), np.float32)
         better = lot > self.best[voxel]
         voxel, lot, points = voxel[better], lot[better], points[better]
-        order = np.argsort(lot)  # of several that are written to one place the last one stays
+        order = np.argsort(lot)  # of several writes to one voxel the last one remains
         self.best[voxel[order]] = lot[order]
         self.points[voxel[order]] = points[order]
 
     def result(self, least: int = 1) -> np.ndarray:
-        """The points that were kept (point, 3), in voxels into which at least so many fell [m]."""
+        """The drawn points (point, 3), of voxels with at least `least` points [m]."""
         return self.points[self.count >= least]
 
 
 def survey(case: Case, seed: int, every: int = 1) -> Survey:
-    """Takes the images of a case, or every n-th of them, into a map."""
+    """Fuses the images of a case, or every n-th of them, into a map."""
     state, frames, faults, raw, supported = empty_map(LAYOUT), [], 0, RandomThinning(seed), RandomThinning(seed)
     for k, (eye, target) in enumerate(zip(case.eyes[::every], case.targets[::every], strict=True)):
         frame = look(case.world, eye, target, 100 * seed + k)

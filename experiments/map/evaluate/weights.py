@@ -1,4 +1,4 @@
-"""Lumped against exact weights of the same points."""
+"""Lumped weights compared with exact weights of the same points."""
 
 from functools import cache
 
@@ -12,8 +12,8 @@ from .accuracy import Measures, cosines, rmse
 from .queries import Queries
 from .survey import LAYOUT, PARAMS
 
-REACH = 0.2
-"""Queries up to this distance, where level 0 answers alone [m]."""
+LARGEST_DISTANCE = 0.2
+"""Largest distance of the queries, within which level 0 alone is read [m]."""
 COUNT = 512
 
 
@@ -27,8 +27,8 @@ def _both():
 
 
 def lumped_and_exact(state: FieldMap, asked: Queries) -> Measures:
-    """RMSE [m] and cosine of both, uncorrected for curvature, and how far they are apart [m]."""
-    near = np.nonzero(asked.distance < REACH)[0]
+    """RMSE [m] and cosine of both, uncorrected for curvature, and the RMS difference of the two [m]."""
+    near = np.nonzero(asked.distance < LARGEST_DISTANCE)[0]
     near = np.resize(near, COUNT)
     both = _both()(state.levels, jnp.asarray(asked.x[near]))
     (lumped, lumped_g), (exact, exact_g) = jax.tree.map(np.asarray, both)

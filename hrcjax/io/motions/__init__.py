@@ -1,1 +1,1 @@
-"""Recorded people: files of motion capture, their units, axes and names."""
+"""Recorded people: motion capture files, with units, axes and joint names."""

@@ -1,4 +1,4 @@
-"""Unit and up axis of a recorded body, found from its size and from where its head is."""
+"""Unit and up axis of a recorded body, inferred from its size and its posture."""
 
 from collections.abc import Mapping
 from pathlib import PurePath
@@ -13,21 +13,21 @@ Points = Mapping[str, Float[np.ndarray, "frame 3"]]
 """Joint of a person -> its positions."""
 
 FOUND_UNITS = {**UNITS, "1/0.45 inch (CMU)": 0.0254 / 0.45}
-"""Units that are looked for [m]; the last is that of the CMU motion capture database (mocap.cs.cmu.edu, its FAQ)."""
+"""Candidate units [m]; the last is that of the CMU motion capture database (mocap.cs.cmu.edu, its FAQ)."""
 SIZE = (0.72, 1.5)
-"""Least and greatest length of trunk and one arm together: statures of 1.2 to 2.4 m. Units differ by more than the ratio
-of the two, so at most one fits [m]."""
+"""Smallest and largest length of trunk plus one arm: statures of 1.2 to 2.4 m. Units differ by more than the ratio of the
+two, so at most one fits [m]."""
 SEGMENTS = (
     (("hip", "neck"), (0.25, 0.85)),
     (("neck", "head"), (0.02, 0.45)),
     *(((f"{side}_upper_arm", f"{side}_forearm"), (0.15, 0.5)) for side in ("left", "right")),
     *(((f"{side}_forearm", f"{side}_hand"), (0.12, 0.45)) for side in ("left", "right")),
 )
-"""Joints, and the least and greatest distance between them in a person [m]."""
+"""Joints, and the smallest and largest distance between them in a person [m]."""
 CLEAR = 0.75
-"""Share of a direction along an axis from which on it is that axis: within 41 degrees."""
+"""Least component of a unit direction along an axis to count as that axis: within 41 degrees [1]."""
 LEANING = 0.3
-"""Least share of the body's direction along the up axis of a person at work, who leans forward by up to 72 degrees."""
+"""Least component of the body's direction along the up axis: a person at work leans forward by up to 72 degrees [1]."""
 
 
 def _last(name: str) -> str:
@@ -39,14 +39,14 @@ def _length(points: Points, a: str, b: str) -> float:
 
 
 def find_unit(points: Points, name: str) -> tuple[str, float]:
-    """The unit in which the body is of human size, and its length [m].
+    """The unit in which the body has human size, and its length [m].
 
     Args:
         points: in the file's unit.
         name: of the file, for messages.
 
     Raises:
-        UsageError: none.
+        UsageError: no unit fits.
     """
     arms = [_length(points, *pair) for pair, _ in SEGMENTS[2:]]
     size = _length(points, "hip", "neck") + sum(arms) / 2
@@ -54,20 +54,20 @@ def find_unit(points: Points, name: str) -> tuple[str, float]:
     fits = [(unit, metres) for unit, metres in FOUND_UNITS.items() if least <= size * metres <= greatest]
     if len(fits) != 1:
         raise UsageError(
-            f"{name}: hip to neck and one arm measure {size:.4g} of the file's units, which is a person in none of "
+            f"{name}: hip to neck plus one arm is {size:.4g} of the file's units, which is no human size in any of "
             f"{', '.join(FOUND_UNITS)}: give the unit as in {_last(name)},unit=cm"
         )
     return fits[0]
 
 
 def check_size(points: Points, name: str) -> None:
-    """Refuses a body whose parts are not those of a person.
+    """Refuses a body without human proportions.
 
     Args:
-        points: of the joints [m].
+        points: positions of the joints [m].
 
     Raises:
-        UsageError: names the two joints, what they measure, and what is accepted.
+        UsageError: names the two joints, their distance, and what is accepted.
     """
     for (a, b), (least, greatest) in SEGMENTS:
         length = _length(points, a, b)
@@ -79,7 +79,7 @@ def check_size(points: Points, name: str) -> None:
 
 
 def _direction(points: Points) -> Float[np.ndarray, "3"]:
-    """From hip to neck, and from the feet, if known, to the head: the median, of length 1; zeros if it has none."""
+    """Median direction from hip to neck, and from the feet, if known, to the head, of length 1; zeros if undefined."""
     way = points["neck"] - points["hip"]
     feet = [points[foot] for foot in ("left_foot", "right_foot") if foot in points]
     if feet:
@@ -89,18 +89,18 @@ def _direction(points: Points) -> Float[np.ndarray, "3"]:
 
 
 def find_up(points: Points, rest: Points, name: str) -> str:
-    """The axis of the file along which the body stands.
+    """The up axis of the file.
 
-    People at work may lean all the time, so the motion alone does not tell. The axis of the rest pose counts if the body
-    has some share of it, unless the motion points clearly along another axis along which the hip keeps its height as well.
+    People at work may lean all the time, so the motion alone is not sufficient. The axis of the rest pose is used if the body
+    has some component along it, unless the motion points clearly along another axis along which the hip keeps its height too.
 
     Args:
-        points: the motion.
-        rest: the rest pose, one frame; zeros where the file has none.
+        points: positions over time.
+        rest: the rest pose, one frame; zeros if the file has none.
         name: of the file, for messages.
 
     Raises:
-        UsageError: no axis stands out.
+        UsageError: no axis is clearly up.
     """
     moving, resting = _direction(points), _direction(rest)
     best, first = int(np.argmax(np.abs(moving))), int(np.argmax(np.abs(resting)))
@@ -118,7 +118,7 @@ def find_up(points: Points, rest: Points, name: str) -> str:
 
 
 def turned_up(points: Float[np.ndarray, "*n 3"], up: str) -> Float[np.ndarray, "*n 3"]:
-    """Points turned so that y is up; never mirrored."""
+    """Points rotated so that y is up; never mirrored."""
     if up == "y":
         return points
     sign = -1.0 if up.startswith("-") else 1.0

@@ -1,4 +1,4 @@
-"""The text of a BVH file: its hierarchy, its rows of numbers, and one line for whatever is wrong in them.
+"""Parser of BVH files: hierarchy, rows of numbers, and errors in one line.
 
 Source of the format: Meredith and Maddock, Motion Capture File Formats Explained, University of Sheffield, CS-01-11.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from hrcjax.io.motions.joints import Joint, RecordedJoints
 from hrcjax.lab.errors import UsageError
 
-ACCEPTED = "a BVH text file: HIERARCHY, then MOTION with 'Frames:', 'Frame Time:' and one row of numbers a frame"
+ACCEPTED = "a BVH text file: HIERARCHY, then MOTION with 'Frames:', 'Frame Time:' and one row of numbers per frame"
 CHANNEL = re.compile(r"([XYZ])(position|rotation)", re.IGNORECASE)
 
 
@@ -22,7 +22,7 @@ class BvhError(UsageError):
 
 
 class BvhText:
-    """The lines of a file that are not blank, with their numbers."""
+    """The non-blank lines of a file with their numbers."""
 
     def __init__(self, path: Path, lines: list[tuple[int, str]]) -> None:
         self.path, self.lines = path, lines
@@ -44,20 +44,20 @@ class BvhText:
 
     def hierarchy(self, lines: list[tuple[int, str]]) -> list[Joint]:
         joints: list[Joint] = []
-        opened: list[int | None] = []  # indices of joints whose bracket is open; None: an end site
-        coming: int | None = -1  # whose bracket comes next; -1: nobody's
+        opened: list[int | None] = []  # indices of joints with an open bracket; None: an end site
+        coming: int | None = -1  # joint of the next bracket; -1: none
         parts = [(n, part.strip()) for n, line in lines for part in re.split("([{}])", line) if part.strip()]
         for number, part in parts:
             word, *rest = part.split(maxsplit=1)
             kind, rest = word.upper(), "".join(rest)
             if kind == "{":
                 if coming == -1:
-                    self.refuse("a bracket opens for no joint", number)
+                    self.refuse("an opening bracket without a joint", number)
                 opened.append(coming)
                 coming = -1
             elif kind == "}":
                 if not opened:
-                    self.refuse("a bracket closes that was not open", number)
+                    self.refuse("a closing bracket without an opening one", number)
                 opened.pop()
             elif kind == "END" and opened:
                 coming = None
@@ -66,7 +66,7 @@ class BvhText:
                 if above is None or (kind == "ROOT") != (above == -1):
                     self.refuse(f"{kind} at the wrong place", number)
                 if kind == "ROOT" and joints:
-                    self.refuse("a second ROOT; one person a file is accepted", number)
+                    self.refuse("a second ROOT; accepted is one person per file", number)
                 coming = len(joints)
                 joints.append(Joint(rest, above, np.zeros(3), ()))
             elif kind == "OFFSET" and opened:
@@ -79,7 +79,7 @@ class BvhText:
                 count, *names = rest.split() or [""]
                 found = [CHANNEL.fullmatch(name) for name in names]
                 if not count.isdigit() or len(names) != int(count):
-                    self.refuse("CHANNELS needs a count and as many names", number)
+                    self.refuse("CHANNELS needs a count and that many names", number)
                 if not all(found):
                     self.refuse("CHANNELS are Xposition ... Zrotation", number)
                 channels = tuple((m[1].upper(), m[2].lower()) for m in found if m)
@@ -93,7 +93,7 @@ class BvhText:
         return joints
 
     def head(self, lines: list[tuple[int, str]]) -> tuple[int, float]:
-        """Number of frames, and time between them [s]."""
+        """Number of frames, and frame time [s]."""
         text = [*(line for _, line in lines), "", ""]
         frames = re.fullmatch(r"Frames\s*:\s*(\S+)", text[0], re.IGNORECASE)
         step = re.fullmatch(r"Frame\s*Time\s*:\s*(\S+)", text[1], re.IGNORECASE)
@@ -115,7 +115,7 @@ class BvhText:
 
     def rows(self, lines: list[tuple[int, str]], frames: int, channels: int) -> np.ndarray:
         if len(lines) != frames:
-            self.refuse(f"{frames} frames are announced, {len(lines)} rows are there")
+            self.refuse(f"{frames} frames are declared, but there are {len(lines)} rows")
         words = [line.split() for _, line in lines]
         try:
             values = np.array([word for row in words for word in row], float)

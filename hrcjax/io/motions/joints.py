@@ -1,7 +1,7 @@
-"""From offsets and channels of a hierarchy of joints to positions.
+"""Joint positions from offsets and channels of a hierarchy of joints.
 
-BVH leaves some of it open, which is read as Blender, MotionBuilder and the library bvhio do: rotations are applied in the
-order of their channels, positions of a joint take the place of its OFFSET.
+Where BVH is ambiguous, files are read as by Blender, MotionBuilder and the library bvhio: rotations are applied in the order of
+their channels, position channels of a joint replace its OFFSET.
 """
 
 from dataclasses import dataclass
@@ -14,32 +14,32 @@ from hrcjax.typing import Float
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint of the hierarchy; every parent stands before its children."""
+    """One joint of the hierarchy; parents precede their children."""
 
     name: str
     parent: int
     """Index of the parent; -1: none."""
     offset: Float[np.ndarray, "3"]
-    """From the parent, in the parent's frame [file's unit]."""
+    """Offset from the parent in the parent's frame [file's unit]."""
     channels: tuple[tuple[str, str], ...]
-    """Axis X, Y or Z and "position" or "rotation" of its numbers in a row, in their order."""
+    """Axis X, Y or Z and "position" or "rotation" of each channel, in order."""
 
 
 @dataclass(frozen=True)
 class RecordedJoints:
-    """A hierarchy of joints and its numbers, frame by frame."""
+    """A hierarchy of joints and its channel values, frame by frame."""
 
     joints: tuple[Joint, ...]
     values: Float[np.ndarray, "frame channel"]
-    """Rows of numbers [file's unit, degrees]."""
+    """Channel values [file's unit, degrees]."""
     rate: float
-    """Frames a second [Hz]."""
+    """Frame rate [Hz]."""
 
     def positions(self, frames: int | None = None) -> Float[np.ndarray, "frame joint 3"]:
-        """Of all joints in the file's own axes, of the first `frames` frames [file's unit].
+        """Positions of all joints in the file's axes in the first `frames` frames [file's unit].
 
-        The numbers of a joint other than the root that has position channels stand for its OFFSET; where they are far
-        smaller than the OFFSET, they are displacements from it.
+        Position channels of a joint other than the root replace its OFFSET; where their values are far smaller than the
+        OFFSET, they are displacements from it.
         """
         rows = self.values[:frames]
         places = np.empty((len(rows), len(self.joints), 3))
@@ -70,7 +70,7 @@ class RecordedJoints:
         return places
 
     def rest_pose(self) -> Float[np.ndarray, "1 joint 3"]:
-        """Positions of all joints where nothing is turned [file's unit]."""
+        """Positions of all joints with zero rotations [file's unit]."""
         places = np.zeros((1, len(self.joints), 3))
         for j, joint in enumerate(self.joints):
             places[:, j] = joint.offset + (places[:, joint.parent] if joint.parent >= 0 else 0.0)

@@ -1,4 +1,4 @@
-"""A recorded person in metres with y up, from a file of any usual tool."""
+"""A recorded person in metres with y up, from the BVH file of any common tool."""
 
 from dataclasses import dataclass
 
@@ -17,22 +17,22 @@ class Motion:
     """The played part of a recording."""
 
     positions: Float[np.ndarray, "frame joint 3"]
-    """Of the joints `JOINTS`, y up [m]."""
+    """Positions of the joints `JOINTS`, y up [m]."""
     rate: float
-    """Frames a second [Hz]."""
+    """Frame rate [Hz]."""
     length: float
-    """Of the whole recording [s]."""
+    """Duration of the whole recording [s]."""
     notes: tuple[str, ...] = ()
-    """What was found out of the file, not said by the user."""
+    """What was inferred from the file, not given by the user."""
 
     names = JOINTS
 
 
 def read_motion(spec: MotionSpec, seconds: float = np.inf) -> Motion:
-    """Reads the first seconds of a motion file, finds its joints, its unit and its up axis.
+    """Reads the first seconds of a motion file; infers joints, unit and up axis.
 
     Raises:
-        UsageError: a missing or broken file, a joint that is not there, no human size; names the file.
+        UsageError: a missing or broken file, a missing joint, no human size; names the file.
     """
     name = str(spec.path)
     file = open_bvh(spec.path)
@@ -57,6 +57,6 @@ def read_motion(spec: MotionSpec, seconds: float = np.inf) -> Motion:
     if up is None:
         up = find_up(points, rest, name)
         notes.append(f"{up} up")
-    found = (f"{name}: {', '.join(notes)}, as found from the body",) if notes else ()
+    found = (f"{name}: {', '.join(notes)}, inferred from the body",) if notes else ()
     body = np.stack([points[joint] for joint in JOINTS], axis=1)
     return Motion(turned_up(body * unit, up), file.rate, frames / file.rate, found)

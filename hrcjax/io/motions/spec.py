@@ -1,4 +1,4 @@
-"""How a recorded person is named on a command line: a BVH file, and after commas what the file does not say."""
+"""Recorded people on a command line: a BVH file, with settings that the file does not have after commas."""
 
 import json
 import math
@@ -19,27 +19,27 @@ FORMS = "FILE.bvh[,unit=mm|cm|m|inch|ft|METRES][,up=x|y|z|-x|-y|-z][,names=FILE.
 
 @dataclass(frozen=True)
 class MotionSpec:
-    """A motion file and what the user says of it."""
+    """A motion file with the user's settings for it."""
 
     path: Path
     unit: float | None = None
-    """Length of the file's unit [m]; None: found from the body's size."""
+    """Length of the file's unit [m]; None: inferred from the body's size."""
     up: str | None = None
-    """The file's axis that points up; None: found from the body."""
+    """The file's up axis; None: inferred from the body."""
     names: Path | None = None
-    """TOML or JSON file: joint that a person needs -> its name in the motion file."""
+    """TOML or JSON file: required joint -> its name in the motion file."""
 
     @property
     def files(self) -> list[Path]:
-        """All files that decide the motion."""
+        """All files that determine the motion."""
         return [self.path] if self.names is None else [self.path, self.names]
 
 
 def motion_spec(text: str) -> MotionSpec | None:
-    """The motion that a text names; None if it names none.
+    """The motion of a command-line value; None if it is not a motion file.
 
     Raises:
-        UsageError: a setting that is unknown, given twice or has no meaning.
+        UsageError: a setting that is unknown, given twice or invalid.
     """
     found = re.fullmatch(r"(.*?\.bvh)((?:,\w*=.*)?)", text, re.IGNORECASE | re.DOTALL)
     if text.lower().endswith(".bvh") and (found is None or Path(text).is_file()):
@@ -78,7 +78,7 @@ def read_names(path: Path) -> dict[str, str]:
     """Joint -> name in the motion file, from a TOML file, or a JSON file if its name ends in .json.
 
     Raises:
-        UsageError: no such file, or no table of texts.
+        UsageError: no such file, or not a table of strings.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -91,7 +91,7 @@ def read_names(path: Path) -> dict[str, str]:
 
 
 def people_of(name: str) -> list[str]:
-    """The people that a name stands for: "reach_in+pass_by" are two, in the cell at once; a file may have a plus in its
-    name."""
+    """The names of several people in the cell at once, joined by "+", such as "reach_in+pass_by"; a file name may contain
+    a plus."""
     spec = motion_spec(name)
     return [name] if "+" not in name or (spec and spec.path.is_file()) else name.split("+")

@@ -1,1 +1,1 @@
-"""Recorded depth data, frame by frame: RGB-D folders, point clouds and ROS bags. Begin at `open_input`."""
+"""Recorded depth data, frame by frame: RGB-D folders, point clouds and ROS bags. Entry point: `open_input`."""

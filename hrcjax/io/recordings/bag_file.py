@@ -1,4 +1,4 @@
-"""ROS 1 and ROS 2 bags, opened by the library rosbags, which is an optional part of the installation."""
+"""ROS 1 and ROS 2 bags, opened by the library rosbags, an optional dependency."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,12 +29,12 @@ class Bag:
     def messages(self, *topics: str) -> Iterator[tuple[str, Any]]:
         """Topic and message, in the order they were recorded."""
         connections = [c for c in self._reader.connections if c.topic in topics]
-        if connections:  # with none the library would read all
+        if connections:  # without any the library would read all
             for connection, _, raw in self._reader.messages(connections=connections):
                 yield connection.topic, self._reader.deserialize(raw, connection.msgtype)
 
     def first(self, topic: str) -> Any:
-        """The first message of a topic that holds some."""
+        """The first message of a topic."""
         return next(self.messages(topic))[1]
 
 
@@ -43,7 +43,7 @@ def opened_bag(paths: list[Path]) -> Iterator[Bag]:
     """The bag of one file or folder, or of the parts of a ROS 1 recording; closed at the end.
 
     Raises:
-        UsageError: the library is not installed; the bag is missing, or broken, also where that shows while it is read.
+        UsageError: the library is not installed; the bag is missing or broken, also if detected while reading.
     """
     try:
         from rosbags.highlevel import AnyReader
@@ -52,13 +52,13 @@ def opened_bag(paths: list[Path]) -> Iterator[Bag]:
         raise UsageError("reading ROS bags needs the library rosbags: pip install hrcjax[bags]") from None
     path = paths[0]
     try:
-        # ROS 2 bags of some storages do not carry the definitions of their messages; those read here never changed.
+        # Some ROS 2 bags have no message definitions; those of the messages read here never changed.
         with AnyReader(paths, default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             yield Bag(path, reader)
     except UsageError:
         raise
     except FileNotFoundError:
         raise UsageError(f"no bag at {path}: accepted is {ACCEPTED}") from None
-    except Exception as error:  # databases, archives and text of the recording raise errors of many types
+    except Exception as error:  # databases, archives and text files raise errors of many types
         detail = " ".join(str(error).split()) or type(error).__name__
         raise UsageError(f"bag {path} cannot be read ({detail}): accepted is {ACCEPTED}") from error

@@ -1,4 +1,4 @@
-"""Messages of ROS as arrays: depth images, camera parameters, point clouds, poses."""
+"""ROS messages as arrays: depth images, camera parameters, point clouds, poses."""
 
 from typing import Any
 
@@ -10,15 +10,15 @@ from hrcjax.io.recordings.lens import Lens, lens_of
 
 DEPTH_ENCODINGS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 CLOUD_TYPES = {7: "f4", 8: "f8"}  # FLOAT32 and FLOAT64 of sensor_msgs/PointField
-PER_METRE = 1000.0  # of images of whole numbers; images of floats are in metres
+PER_METRE = 1000.0  # of integer images; floating-point images are in metres
 
 
 class MessageError(ValueError):
-    """A message that does not hold what its type says."""
+    """A message whose content does not match its type."""
 
 
 def frame_name(name: str) -> str:
-    """The name of a frame without the leading slash of old recordings."""
+    """A frame name without the leading slash of old recordings."""
     return name.lstrip("/")
 
 
@@ -37,8 +37,8 @@ def depth_of(image: Any, per_metre: float | None) -> np.ndarray:
     """Depth of a sensor_msgs/Image, float32 (height, width) [m]; 0: no measurement.
 
     Args:
-        image: of encoding 16UC1, mono16 (`per_metre` a metre, 1000 without it) or 32FC1 (1 a metre without it).
-        per_metre: the image's number for one metre.
+        image: of encoding 16UC1, mono16 or 32FC1.
+        per_metre: units per metre; if None 1000, for 32FC1 1.
 
     Raises:
         MessageError: another encoding, or fewer bytes than the size needs.
@@ -52,15 +52,15 @@ def depth_of(image: Any, per_metre: float | None) -> np.ndarray:
 
 
 def pinhole_of(info: Any, rectified: bool) -> tuple[Intrinsics, Lens | None]:
-    """The camera of a sensor_msgs/CameraInfo, and the lens that bends its images; None: they are straight.
+    """The intrinsics of a sensor_msgs/CameraInfo, and the distortion of its images; None: no distortion.
 
-    An image that is rectified, or of a lens that does not bend, has the matrix P, or K where P is empty. Another one has K.
+    Rectified images and lenses without distortion use the matrix P, or K where P is empty; others use K.
 
     Args:
-        rectified: the images are; the message tells the lens of the images before, too.
+        rectified: whether the images are rectified; the message then still has the distortion of the raw images.
 
     Raises:
-        UsageError: a camera that is not calibrated, a lens of an unknown model.
+        UsageError: a camera that is not calibrated, an unknown distortion model.
     """
 
     def field(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Where the sensors of a bag stood: from tf, or from a topic of poses."""
+"""Sensor poses of a bag, from tf or from a pose topic."""
 
 from collections.abc import Callable
 
@@ -18,7 +18,7 @@ ACCEPTED = "a topic of geometry_msgs/PoseStamped, geometry_msgs/PoseWithCovarian
 
 
 def read_transforms(bag: Bag) -> TransformTree:
-    """All of tf and tf_static, under any namespace."""
+    """All transforms of tf and tf_static, in any namespace."""
     tree = TransformTree()
     for topic, message in bag.messages(*bag.of_type(*TF_TYPES)):
         tree.add(message.transforms, static=topic.endswith("tf_static"))
@@ -27,10 +27,10 @@ def read_transforms(bag: Bag) -> TransformTree:
 
 
 def poses_of_tf(bag: Bag, tree: TransformTree, frames: set[str], world: str | None, tolerance: float) -> PoseLookup:
-    """Poses by the chain of tf from a sensor's frame to `world`; without a name, to the root above the sensors.
+    """Poses by tf from a sensor's frame to `world`; without a name, to the common root of the sensors.
 
     Raises:
-        UsageError: tf does not know a sensor's frame, does not join it to the world, or has several roots.
+        UsageError: a sensor's frame is not in tf or not connected to the world, or tf has several roots.
     """
     if world is None:
         alone = sorted(frame for frame in frames if len(tree.chain(frame)) == 1)
@@ -48,7 +48,7 @@ def poses_of_tf(bag: Bag, tree: TransformTree, frames: set[str], world: str | No
         if tree.chain(frame)[-1] != tree.chain(name)[-1]:
             above = " -> ".join(reversed(tree.chain(frame)))
             raise UsageError(
-                f"bag {bag.path}: tf does not join {frame} to {name}: accepted is a frame joined to {above}"
+                f"bag {bag.path}: tf does not connect {frame} to {name}: accepted is a frame connected to {above}"
             )
     return lambda frame, stamp: tree.pose(name, frame, stamp, tolerance)
 
@@ -56,12 +56,12 @@ def poses_of_tf(bag: Bag, tree: TransformTree, frames: set[str], world: str | No
 def poses_of_topic(
     bag: Bag, tree: TransformTree, frames: set[str], topic: str, body: str | None, tolerance: float
 ) -> PoseLookup:
-    """Poses of a body by a topic, and from the body to a sensor by tf.
+    """Poses of a body from a topic, and from the body to a sensor by tf.
 
     The body is the frame `body`; without a name, the child frame of nav_msgs/Odometry, or else the sensor itself.
 
     Raises:
-        UsageError: no such topic, no usable pose in it, tf does not join body and sensor.
+        UsageError: no such topic, no valid pose in it, tf does not connect body and sensor.
     """
     kind = bag.types.get(topic)
     if kind is None or not bag.counts[topic]:
@@ -91,8 +91,8 @@ def poses_of_topic(
     for frame in sorted(frames):
         if name and tree.chain(frame)[-1] != tree.chain(name)[-1]:
             raise UsageError(
-                f"bag {bag.path}: tf does not join {frame} to {name}, the body of {topic}: "
-                f"accepted is a joined frame, or {frame} itself as the body if the poses are its own"
+                f"bag {bag.path}: tf does not connect {frame} to {name}, the body of {topic}: "
+                f"accepted is a connected frame, or {frame} itself as the body if the poses are its own"
             )
 
     def lookup(frame: str, stamp: float) -> Pose:

@@ -1,4 +1,4 @@
-"""Which topics of a bag are depth, and the parameters of their cameras."""
+"""Depth topics of a bag, and the parameters of their cameras."""
 
 import re
 from collections.abc import Sequence
@@ -13,20 +13,20 @@ from hrcjax.lab.errors import UsageError
 IMAGE, CLOUD, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/CameraInfo"
 ACCEPTED = "sensor_msgs/Image of 16UC1 or 32FC1 with sensor_msgs/CameraInfo, or sensor_msgs/PointCloud2"
 RECTIFIED = re.compile(r"(^|[/_])rect(ified)?([/_]|$)")
-"""Names of topics whose images are straight already, whatever lens their CameraInfo tells."""
+"""Topic names of rectified images, whose CameraInfo may still have the distortion of the raw images."""
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A depth camera, with intrinsics, or a source of clouds, without."""
+    """A depth camera, with intrinsics, or a source of point clouds, without."""
 
     topic: str
     frame: str
     intrinsics: Intrinsics | None
     lens: Lens | None = None
-    """Distortion of its images; None: there is none."""
+    """Distortion of its images; None: none."""
     note: str = ""
-    """Where its camera comes from, in one line."""
+    """Source of its camera parameters, one line."""
 
 
 def find_sensors(
@@ -59,7 +59,7 @@ def find_sensors(
             except UsageError as error:
                 raise UsageError(f"bag {bag.path}: {chosen}: {error}") from None
             if lens is not None:
-                note = f"{topic}: undistorted by {chosen} ({lens.model}); give --intrinsics if these images are straight already"
+                note = f"{topic}: undistorted by {chosen} ({lens.model}); give --intrinsics if these images are rectified already"
         if camera is not None and (first.width, first.height) != (camera.width, camera.height):
             raise UsageError(
                 f"bag {bag.path}: {topic} has {first.width}x{first.height} pixels, its intrinsics are of "

@@ -1,4 +1,4 @@
-"""ROS bags: depth images or point clouds, with poses of tf or of a topic."""
+"""ROS bags: depth images or point clouds, with poses from tf or a topic."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -42,8 +42,8 @@ def open_bag(
 ) -> InputSource:
     """A ROS 1 bag (*.bag, or a folder of its parts) or a ROS 2 bag (a folder with metadata.yaml, *.mcap, *.db3).
 
-    The frames come in the order they were recorded, of all chosen topics. Their cameras are named by topic if there
-    are several. tf and the topic of poses are read here, images and clouds while the source is iterated.
+    The frames are in recorded order, of all selected topics. Their cameras are named by topic if there are several. tf and
+    the pose topic are read here, images and clouds while the source is iterated.
 
     Args:
         path: the file or folder.
@@ -54,7 +54,7 @@ def open_bag(
         per_metre: the number of images and clouds for one metre; without it 1000 for 16UC1, and 1 for 32FC1 and clouds.
         world_frame: the frame of tf that is the world; without it the root above the sensors.
         pose_topic: geometry_msgs/PoseStamped or nav_msgs/Odometry, world from body, instead of tf's world.
-        body_frame: the frame `pose_topic` tells the pose of; without it Odometry's child frame, or the sensor's frame.
+        body_frame: the frame whose pose `pose_topic` holds; if None Odometry's child frame, or the sensor's frame.
         tolerance: how far the nearest recorded pose may be from a frame [s]; 0.1 without it. Between two poses is
             interpolated, before the first and after the last these are held.
 
@@ -67,9 +67,11 @@ def open_bag(
         if number is not None and not (np.isfinite(number) and number > 0):
             raise UsageError(f"{what} is {number}: accepted is a positive number")
     if pose_topic and world_frame:
-        raise UsageError("a topic of poses says its own world: accepted is either it or the world frame, not both")
+        raise UsageError(
+            "a pose topic defines its own world: accepted is either a pose topic or a world frame, not both"
+        )
     if body_frame and not pose_topic:
-        raise UsageError(f"body frame {body_frame} belongs to a topic of poses: accepted is only both together")
+        raise UsageError(f"body frame {body_frame} needs a pose topic: accepted are both together")
     parts = _parts(path)
     with opened_bag(parts) as bag:
         sensors = {sensor.topic: sensor for sensor in find_sensors(bag, topics, info_topic, intrinsics)}

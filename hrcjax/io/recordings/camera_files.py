@@ -1,4 +1,4 @@
-"""Files beside depth images that describe their camera: which they are, and which one counts."""
+"""Camera files beside depth images: search and selection."""
 
 import re
 from dataclasses import dataclass
@@ -12,40 +12,40 @@ from hrcjax.io.recordings.lens import Lens
 from hrcjax.lab.errors import UsageError
 
 FOLDERS = (".", "intrinsic", "intrinsics", "calibration", "depth")
-"""Where they are looked for."""
+"""Folders that are searched."""
 NAMED = re.compile(r"cam|intrin|calib|^k$|(^|[_-])k$|^transforms$|^_info$", re.IGNORECASE)
 OF_OTHERS = re.compile(r"extrin|pose|traj|rgb|colou?r|imu|infra|stereo", re.IGNORECASE)
 ACCEPTED = "a text, JSON or YAML file with fx fy cx cy, or a matrix 3 x 3, and where known the size, depth scale and distortion"
 MIDDLE = (0.25, 0.75)
-"""Share of the image's width and height between which a camera's centre lies."""
+"""Plausible range of the principal point over the image's width and height [1]."""
 
 
 @dataclass(frozen=True)
 class DepthCamera:
-    """How depth images are to be read."""
+    """Camera parameters of depth images."""
 
     intrinsics: Intrinsics
-    """Of the images as they are, and of the frames, which are without distortion."""
+    """Intrinsics of the raw images and of the undistorted frames."""
     lens: Lens | None
-    """Distortion of the images; None: there is none."""
+    """Distortion of the raw images; None: none."""
     per_metre: float
-    """The images' number for one metre."""
+    """Units of depth per metre."""
     note: str
-    """Where these come from, in one line."""
+    """Source of these parameters, one line."""
 
 
 def depth_camera(
     folder: Path, image: Path, intrinsics: Intrinsics | None, per_metre: float | None, assumed: tuple[Intrinsics, float]
 ) -> DepthCamera:
-    """The camera of a folder: what is given, else what a file beside the images says, else what is assumed.
+    """The camera of a folder: as given, else from a camera file, else the assumed one.
 
     Args:
         image: one of the depth images.
         intrinsics, per_metre: as given; None: not given.
-        assumed: intrinsics and scale of last resort.
+        assumed: default intrinsics and scale.
 
     Raises:
-        UsageError: several files that do not agree, one that cannot be read, or is of images of another size.
+        UsageError: several inconsistent files, an unreadable file, or one for another image size.
     """
     size = size_of(image)
     found = None if intrinsics else camera_beside(folder)
@@ -59,18 +59,18 @@ def depth_camera(
         camera = f"{_words(intrinsics)} ({path.relative_to(folder)}){bent}"
     else:
         intrinsics = assumed[0]
-        camera = f"{_words(intrinsics)} (ASSUMED, no camera file is there: --intrinsics)"
+        camera = f"{_words(intrinsics)} (ASSUMED, no camera file found: --intrinsics)"
     scale = per_metre
     origin = "given"
     if scale is None and found and found[1].per_metre is not None:
         scale, origin = found[1].per_metre, str(found[0].relative_to(folder))
     if scale is None:
         scale, origin = assumed[1], "ASSUMED: --per-metre"
-    return DepthCamera(intrinsics, lens, scale, f"depth camera: {camera}; {scale:g} a metre ({origin})")
+    return DepthCamera(intrinsics, lens, scale, f"depth camera: {camera}; {scale:g} per metre ({origin})")
 
 
 def camera_beside(folder: Path) -> tuple[Path, CameraNumbers] | None:
-    """The file of a folder that describes the depth camera, and what it says; None: there is none.
+    """The camera file of a folder and its content; None: no such file.
 
     Raises:
         UsageError: as `depth_camera`.
@@ -86,7 +86,7 @@ def camera_beside(folder: Path) -> tuple[Path, CameraNumbers] | None:
                 found.append((path, numbers))
             elif named:
                 raise UsageError(
-                    f"{path} does not describe a camera that is known: accepted is {ACCEPTED}; or give --intrinsics"
+                    f"{path} does not describe a supported camera: accepted is {ACCEPTED}; or give --intrinsics"
                 )
     of_depth = [one for one in found if "depth" in one[0].stem.lower()]
     found = of_depth or found
@@ -108,15 +108,15 @@ def _read(path: Path) -> CameraNumbers | None:
 
 
 def _fitting(path: Path, numbers: CameraNumbers, size: tuple[int, int] | None) -> Intrinsics:
-    """The intrinsics of a file, of images of a size [px]; None: the size is not known, which the reader of images says.
+    """The intrinsics of a file, checked against the image size [px]; None: size not known.
 
     Raises:
-        UsageError: the file is of images of another size.
+        UsageError: the file is for another image size.
     """
     width, height = numbers.size or size or (0, 0)
     if size and (width, height) != size:
         raise UsageError(
-            f"{path} is of images of {width}x{height} pixels, the depth images have {size[0]}x{size[1]}: accepted is the "
+            f"{path} is for images of {width}x{height} pixels, the depth images have {size[0]}x{size[1]}: accepted is the "
             "depth images' own camera; or give --intrinsics"
         )
     low, high = MIDDLE

@@ -1,4 +1,4 @@
-"""The numbers of a camera from the text of a file: names with values (text, JSON, YAML), a matrix, or a row of numbers."""
+"""Parser of camera files: names with values (text, JSON, YAML), a matrix, or a row of numbers."""
 
 import json
 import re
@@ -27,24 +27,24 @@ COLMAP = {"SIMPLE_PINHOLE": "fcc", "PINHOLE": "ffcc", "OPENCV": "ffcc", "OPENCV_
 
 @dataclass(frozen=True)
 class CameraNumbers:
-    """What a file says of a camera."""
+    """Camera parameters in a file."""
 
     fx: float
     fy: float
     cx: float
     cy: float
     size: tuple[int, int] | None = None
-    """Width and height [px]; None: not said."""
+    """Width and height [px]; None: not in the file."""
     lens: Lens | None = None
     per_metre: float | None = None
-    """Depth images' number for one metre; None: not said."""
+    """Units of depth per metre; None: not in the file."""
 
 
 def camera_of_text(text: str) -> CameraNumbers | None:
-    """The camera of a file's text; None: it describes none.
+    """The camera parameters in a text; None: none found.
 
     Raises:
-        UsageError: a lens of an unknown model.
+        UsageError: an unknown distortion model.
     """
     try:
         found = json.loads(text)
@@ -54,7 +54,7 @@ def camera_of_text(text: str) -> CameraNumbers | None:
         return _of_names(dict(_leaves(found))) or _of_numbers(_numbers_of(found))
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(("#", "%"))]
     if len(lines) > 1 and not re.search(r"\d", lines[0]) and not re.search(r"[A-Za-z]", " ".join(lines[1:])):
-        lines = lines[1:]  # a line of names above the numbers
+        lines = lines[1:]  # a header line above the numbers
     words = " ".join(lines).replace(",", " ").replace("[", " ").replace("]", " ").replace(";", " ").split()
     if words and all(re.fullmatch(NUMBER, word) for word in words):
         return _of_numbers([float(word) for word in words])
@@ -64,18 +64,18 @@ def camera_of_text(text: str) -> CameraNumbers | None:
 
 
 def _leaves(found: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Names, in small letters, and values of nested JSON; what is said of depth goes before the rest, of colour not at all."""
+    """Names, in lower case, and values of nested JSON; entries for depth take precedence, those for colour are ignored."""
     if isinstance(found, Mapping):
         inner = [(str(name).lower(), value) for name, value in found.items()]
         inner = [item for item in inner if not re.search(r"colou?r|rgb|infra", item[0])]
         for name, value in sorted(inner, key=lambda item: "depth" in item[0] and isinstance(item[1], Mapping)):
-            yield from _leaves(value, name)  # of two that have one name the later one stays
+            yield from _leaves(value, name)  # of duplicate names the last one is used
     elif key:
         yield key, found
 
 
 def _names_of(text: str) -> dict[str, Any]:
-    """Names, in small letters, and values of lines `name: value`, also within YAML, and of lists that span lines."""
+    """Names, in lower case, and values of lines `name: value`, also in YAML, and of lists over several lines."""
     named: dict[str, Any] = {}
     for name, values in re.findall(r"([A-Za-z_][\w.]*)\s*[:=]\s*\[((?:[^\[\]]|\[[^\[\]]*\])*)\]", text):
         named[_short(name)] = [float(v) for v in re.findall(NUMBER, values)]
@@ -94,7 +94,7 @@ def _short(name: str) -> str:
 
 
 def _numbers_of(found: Any) -> list[float]:
-    """All numbers of a list of lists; nothing if it holds something else."""
+    """All numbers of a nested list; empty if it contains anything else."""
     if isinstance(found, (bool, str | Mapping)) or found is None:
         return []
     if isinstance(found, int | float):
@@ -143,8 +143,8 @@ def _pinhole(camera: CameraNumbers | None) -> tuple[float, float, float, float]:
 
 
 def _per_metre(scale: float) -> float:
-    """A file's depth scale as numbers a metre: 1000 or 5000 is that; 0.001 is metres a number; 0.1 or 1 (BOP) is
-    millimetres a number."""
+    """A file's depth scale as units per metre: 1000 or 5000 are that; 0.001 is metres per unit; 0.1 or 1 (BOP) is
+    millimetres per unit."""
     return scale if scale >= 100 else round(1 / scale, 3) if scale <= 0.01 else round(1000 / scale, 3)
 
 

@@ -20,19 +20,18 @@ def open_clouds(
 ) -> InputSource:
     """A PLY or NPZ file, or a folder of such files in natural order (2 before 10).
 
-    A PLY file is one frame, in the axes of the world. Its sensor stood at `origin`; without it, at the position of the
-    file's element `camera` (view_px, view_py, view_pz); without that, at the world's origin. What an NPZ file holds is
-    said at `read_npz`; it says its own poses. Points that are not finite or lie at the sensor itself are left out.
+    A PLY file is one frame in world axes. Its sensor position is `origin`, or else that of the file's element `camera`
+    (view_px, view_py, view_pz), or else the world's origin. NPZ files have their own poses; see `read_npz`. Points that are not
+    finite or at the sensor itself are dropped.
 
     Args:
         path: the file or folder.
         origin: of the sensor in the world (3,) [m], for all PLY files.
-        rate: files, or stacked frames, a second [Hz], where there are no stamps; without it 30, and no speed follows from
-            these stamps.
-        per_metre: the files' number of points and depth for one metre; 1 without it, and whole numbers are refused.
+        rate: frame rate of files or stacked frames without stamps [Hz]; if None 30, and speeds are not checked.
+        per_metre: units of points and depth per metre; if None 1, and integers are refused.
 
     Raises:
-        UsageError: no such file, an empty folder, an origin, rate or scale that is no position, rate or scale.
+        UsageError: no such file, an empty folder, an invalid origin, rate or scale.
     """
     path = Path(path)
     files = files_with(path, SUFFIXES) if path.is_dir() else [path]
@@ -50,7 +49,7 @@ def open_clouds(
             raise UsageError(f"{what} is {number}: accepted is a positive number")
     if given is not None and all(file.suffix.lower() == ".npz" for file in files):
         raise UsageError(
-            f"{path} holds no PLY file for the origin: NPZ files say the sensor's place by the key position"
+            f"{path} holds no PLY file for the origin: NPZ files have the sensor's position in the key position"
         )
 
     def read(skip: Skip) -> Iterator[InputFrame]:
@@ -71,5 +70,5 @@ def open_clouds(
 
     every_ply = all(file.suffix.lower() == ".ply" for file in files)
     unit = unit_of_stamps(files[0]) if files[0].suffix.lower() == ".npz" else "seconds"
-    notes = (f"stamps of {files[0].name}, by their size, in {unit}",) if unit != "seconds" else ()
+    notes = (f"stamps of {files[0].name}, inferred from their magnitude, in {unit}",) if unit != "seconds" else ()
     return InputSource(path, "point clouds", len(files) if every_ply else None, read, notes=notes)

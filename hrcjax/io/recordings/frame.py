@@ -1,4 +1,4 @@
-"""One recorded frame: what a depth camera measured, and where it stood."""
+"""One recorded frame: a measurement of a depth camera, and its pose."""
 
 from dataclasses import dataclass
 
@@ -33,10 +33,10 @@ class Intrinsics:
 
 @dataclass(frozen=True, eq=False)
 class InputFrame:
-    """Depth or a cloud of one moment, with the pose of the sensor. Exactly one of `depth` and `cloud` is given.
+    """A depth image or a cloud with the pose of the sensor. Exactly one of `depth` and `cloud` is given.
 
-    Camera axes: x right, y down, z forward. A cloud may come in other axes of its sensor (a lidar of a bag, a PLY file
-    in the axes of the world); `rotation` and `position` belong to the axes the cloud is in.
+    Camera axes: x right, y down, z forward. A cloud may be in other axes (those of a lidar, or a PLY file in world axes);
+    `rotation` and `position` are the pose of the cloud's axes.
 
     Attributes:
         stamp: time [s].
@@ -46,7 +46,7 @@ class InputFrame:
         intrinsics: given with depth.
         rotation: float64 (3, 3), world from camera.
         position: float64 (3,), of the camera in the world [m].
-        timed: whether the stamp was recorded; False: it was made from a rate, so that no speed follows from it.
+        timed: whether the stamp was recorded; False: it was generated from a rate, so speeds are not checked.
 
     Raises:
         ValueError: both or none of depth and cloud, or an array of another shape.
@@ -63,7 +63,7 @@ class InputFrame:
 
     def __post_init__(self) -> None:
         if (self.depth is None) == (self.cloud is None):
-            raise ValueError("exactly one of depth and cloud makes a frame")
+            raise ValueError("a frame has exactly one of depth and cloud")
         if self.rotation.shape != (3, 3) or self.position.shape != (3,):
             raise ValueError("the pose of a frame is a rotation (3, 3) and a position (3,)")
         if self.cloud is not None and (self.cloud.ndim != 2 or self.cloud.shape[1] != 3):
@@ -71,4 +71,4 @@ class InputFrame:
         if self.depth is not None:
             size = None if self.intrinsics is None else (self.intrinsics.height, self.intrinsics.width)
             if self.depth.shape != size:
-                raise ValueError(f"depth is {self.depth.shape}, its intrinsics say {size}")
+                raise ValueError(f"depth has the shape {self.depth.shape}, its intrinsics {size}")

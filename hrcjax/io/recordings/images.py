@@ -13,7 +13,7 @@ ACCEPTED_DEPTH = "a whole PGM or PNG image of one channel with 16 bits"
 
 
 def clean_depth(depth: np.ndarray) -> np.ndarray:
-    """Depth as float32 [m]; what is not finite or negative becomes 0, no measurement."""
+    """Depth as float32 [m]; values that are not finite or negative become 0, no measurement."""
     depth = np.asarray(depth, np.float32)
     return np.where(np.isfinite(depth) & (depth > 0), depth, np.float32(0))
 
@@ -23,15 +23,15 @@ def read_depth(path: Path, per_metre: float, intrinsics: Intrinsics) -> np.ndarr
 
     Args:
         path: a 16-bit PGM or PNG image.
-        per_metre: the image's number for one metre.
-        intrinsics: of the camera; its size must be the image's.
+        per_metre: units of depth per metre.
+        intrinsics: of the camera; their size must be that of the image.
 
     Raises:
-        UsageError: a missing or truncated image, another kind of image, another size than the intrinsics say.
+        UsageError: a missing or truncated image, another kind of image, another size than that of the intrinsics.
     """
     try:
         with Image.open(path) as image:
-            # Pillow stretches PGM numbers whose maximum is not 65535 to 65535; its decoder "ppm" carries that maximum.
+            # Pillow rescales PGM values whose maximum is not 65535; its decoder "ppm" has that maximum.
             stretched = next((tile for tile in image.tile if tile[0].startswith("ppm")), None)
             mode, raw = image.mode, np.asarray(image)
     except Exception as error:  # the library raises errors of many types on broken files
@@ -40,7 +40,7 @@ def read_depth(path: Path, per_metre: float, intrinsics: Intrinsics) -> np.ndarr
         raise UsageError(f"depth image {path} has pixels of type {mode}: accepted is {ACCEPTED_DEPTH}")
     if raw.shape != (intrinsics.height, intrinsics.width):
         raise UsageError(
-            f"depth image {path} has {raw.shape[1]}x{raw.shape[0]} pixels, the intrinsics are of "
+            f"depth image {path} has {raw.shape[1]}x{raw.shape[0]} pixels, the intrinsics are for "
             f"{intrinsics.width}x{intrinsics.height}: give the intrinsics of this camera"
         )
     numbers = raw.astype(np.float64)
@@ -51,7 +51,7 @@ def read_depth(path: Path, per_metre: float, intrinsics: Intrinsics) -> np.ndarr
 
 
 def size_of(path: Path) -> tuple[int, int] | None:
-    """Width and height of an image [px]; None: it cannot be read, which `read_depth` says."""
+    """Width and height of an image [px]; None: unreadable, which `read_depth` reports."""
     try:
         with Image.open(path) as image:
             return image.size

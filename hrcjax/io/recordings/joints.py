@@ -1,4 +1,4 @@
-"""The joints of an arm over time, and the frames of a recording for which they are known."""
+"""Joint positions of an arm over time, and selection of the frames for which they are known."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -13,15 +13,15 @@ from hrcjax.io.recordings.stamps import UNITS, stamp_unit
 from hrcjax.lab.errors import UsageError
 
 TOLERANCE = 0.1
-"""How far outside of the record a frame may be; the first and the last joints are held so long [s]."""
+"""Largest time of a frame before the first or after the last record, whose joint positions are held [s]."""
 GAP = 1.0
-"""Joints of the record that are farther apart than this tell nothing of the frames between them [s]."""
+"""Largest time between two records for interpolation [s]."""
 ROUND = 0.1
-"""How far beyond its limits a joint may be [rad]."""
+"""Tolerance of the joint limits [rad]."""
 ORDER = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 """Joints of a UR arm from the base to the flange, as ROS names them."""
 ON_PENDANT = {"base": 0, "shoulder": 1}
-"""What the arm's own display calls the first two."""
+"""Names of the first two on the teach pendant."""
 NAMES = ("joint_names", "names", "name")
 """Keys under which a file may name the columns of q."""
 ACCEPTED = (
@@ -31,7 +31,7 @@ ACCEPTED = (
 
 
 class JointRecord:
-    """Joints over time, linear between two records."""
+    """Joint positions over time, linear between two records."""
 
     def __init__(
         self, path: Path, stamps: np.ndarray, q: np.ndarray, notes: tuple[str, ...] = (), named: bool = False
@@ -39,7 +39,7 @@ class JointRecord:
         self.path, self.stamps, self.q, self.notes, self.named = path, stamps, q, notes, named
 
     def at(self, stamp: float) -> np.ndarray | None:
-        """Joints (6,) at `stamp` [rad]; None: not known."""
+        """Joint positions (6,) at `stamp` [rad]; None: not known."""
         if not (self.stamps[0] - TOLERANCE <= stamp <= self.stamps[-1] + TOLERANCE):
             return None
         after = int(np.searchsorted(self.stamps, stamp))
@@ -51,14 +51,14 @@ class JointRecord:
 
 
 def read_joints(path: Path, most: np.ndarray) -> JointRecord:
-    """The record of a file.
+    """Reads a joint file.
 
     Args:
-        most: the greatest angle of each joint, either way (6,) [rad].
+        most: largest absolute angle of each joint (6,) [rad].
 
     Raises:
-        UsageError: a missing or broken file, other keys or shapes, numbers that are not finite, stamps that do not ascend,
-            angles that the arm cannot have.
+        UsageError: a missing or broken file, other keys or shapes, numbers that are not finite, stamps that do not increase,
+            angles beyond the joint limits.
     """
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -79,30 +79,30 @@ def read_joints(path: Path, most: np.ndarray) -> JointRecord:
         names = f", {named[0]} is {arrays[named[0]].shape}" if named else ""
         raise _wrong(path, f"stamp is {stamps.shape}, q is {q.shape}{names}")
     notes = [
-        f"joints of {path.name}: {'by their names' if named else 'from the base to the flange (ASSUMED, no joint_names are there)'}"
+        f"joints of {path.name}: {'by their names' if named else 'from the base to the flange (ASSUMED, no joint_names in the file)'}"
     ]
     unit = stamp_unit(stamps, longest=GAP)
     if unit != "seconds":
-        notes.append(f"stamps of {path.name}, by their size, in {unit}")
+        notes.append(f"stamps of {path.name}, inferred from their magnitude, in {unit}")
     stamps, q = stamps.astype(np.float64) / UNITS[unit], q.astype(np.float64)
     if named:
         q = q[:, columns_of(path, joints)]
     if not (np.isfinite(stamps).all() and np.isfinite(q).all()):
         raise _wrong(path, "a number is not finite")
     if (np.diff(stamps) < 0).any():
-        raise _wrong(path, "the stamps do not ascend")
+        raise _wrong(path, "the stamps do not increase")
     if (np.abs(q) > most + ROUND).any():
         row, joint = np.argwhere(np.abs(q) > most + ROUND)[0]
-        degrees = f" (degrees? the angles go up to {np.abs(q).max():.0f}; numpy.radians turns them)"
+        degrees = f" (degrees? the angles go up to {np.abs(q).max():.0f}; convert them by numpy.radians)"
         turned = degrees if (np.abs(q) <= np.degrees(most) + 1).all() else ""
         raise _wrong(
-            path, f"joint {joint} of row {row} is {q[row, joint]:g}, which this arm cannot reach [rad]{turned}"
+            path, f"joint {joint} of row {row} is {q[row, joint]:g}, beyond the limits of this arm [rad]{turned}"
         )
     return JointRecord(path, stamps, q, tuple(notes), bool(named))
 
 
 def columns_of(path: Path, names: Sequence[str]) -> list[int]:
-    """Where each joint of ORDER stands among the names of a file; other joints, such as a gripper's, are passed over.
+    """Column of each joint of ORDER among the names of a file; other joints, such as a gripper's, are ignored.
 
     Raises:
         UsageError: a joint is missing, or named twice.
@@ -115,7 +115,7 @@ def columns_of(path: Path, names: Sequence[str]) -> list[int]:
         if joint is None:
             continue
         if joint in known:
-            raise _wrong(path, f"joint {name} is there twice")
+            raise _wrong(path, f"joint {name} occurs twice")
         known[joint] = column
     missing = [name for k, name in enumerate(ORDER) if k not in known]
     if missing:
@@ -124,7 +124,7 @@ def columns_of(path: Path, names: Sequence[str]) -> list[int]:
 
 
 def with_joints(source: InputSource, record: JointRecord) -> InputSource:
-    """The recording without the frames for which the record has no joints; these are skipped and named."""
+    """The recording without the frames for which no joint positions are known; these are skipped and reported."""
 
     def read(skip: Skip) -> Iterator[InputFrame]:
         yield from _known(source, record, skip)

@@ -1,4 +1,4 @@
-"""Distortion of lenses, and depth images without it.
+"""Lens distortion, and undistortion of depth images.
 
 Models: Brown's with radial and tangential terms, also as a rational function (ROS plumb_bob and rational_polynomial, OpenCV),
 and the equidistant one (ROS equidistant, OpenCV fisheye, Kannala and Brandt 2006).
@@ -18,14 +18,14 @@ BROWN = ("plumb_bob", "rational_polynomial", "brown_conrady", "radtan", "opencv"
 EQUIDISTANT = ("equidistant", "fisheye", "kannala_brandt", "kannalabrandt", "opencv_fisheye")
 ACCEPTED = "plumb_bob (4 or 5 numbers), rational_polynomial (8) or equidistant (4)"
 STEPS = 2000
-"""Radii at which a model is tried for where it turns back."""
+"""Number of radii at which a model is tested for monotonicity."""
 SMOOTH = 0.05
-"""Neighbouring depths that differ by more than this share belong to two surfaces [1]."""
+"""Largest relative difference of neighbouring depths on one surface [1]."""
 
 
 @dataclass(frozen=True)
 class Lens:
-    """How a lens bends: from a ray (x/z, y/z) to the place in the image, in focal lengths."""
+    """Lens distortion: from a ray (x/z, y/z) to image coordinates in focal lengths."""
 
     model: Literal["brown", "equidistant"]
     coefficients: tuple[float, ...]
@@ -33,15 +33,15 @@ class Lens:
 
 
 def lens_of(model: str, coefficients: Sequence[float]) -> Lens | None:
-    """The lens of a model's name and numbers; None: it does not bend.
+    """The lens of a distortion model and its coefficients; None: no distortion.
 
     Raises:
-        UsageError: another model with numbers other than 0, or another count of them.
+        UsageError: another model with non-zero coefficients, or another number of them.
     """
     numbers = tuple(float(v) for v in coefficients)
     name = model.strip().lower().replace(" ", "_").replace("-", "_").removeprefix("distortion.")
     if not np.isfinite(numbers).all():
-        raise UsageError(f"lens {model or 'without a name'}: a number of its distortion is not finite")
+        raise UsageError(f"lens {model or 'without a name'}: a distortion coefficient is not finite")
     if name.rstrip("0123456789") in EQUIDISTANT or name in EQUIDISTANT:
         if len(numbers) < 4 or any(numbers[4:]):
             raise UsageError(f"lens {model} with {len(numbers)} numbers of distortion: accepted is {ACCEPTED}")
@@ -57,7 +57,7 @@ def lens_of(model: str, coefficients: Sequence[float]) -> Lens | None:
 
 
 def _radial(lens: Lens, r: np.ndarray) -> np.ndarray:
-    """Radius in the image over the radius r of the ray [1]."""
+    """Ratio of the image radius to the radius r of the ray [1]."""
     if lens.model == "equidistant":
         angle = np.arctan(r)
         k1, k2, k3, k4 = lens.coefficients
@@ -69,8 +69,8 @@ def _radial(lens: Lens, r: np.ndarray) -> np.ndarray:
 
 
 def distorted(lens: Lens, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the rays (x, y, 1) meet the image, in focal lengths from its centre; NaN beyond the radius at which the model
-    turns back, where it says nothing."""
+    """Image coordinates of the rays (x, y, 1), in focal lengths from the principal point; NaN beyond the radius up to which the
+    model is monotonic."""
     r = np.hypot(x, y)
     tried = np.linspace(0.0, float(r.max(initial=0.0)) or 1.0, STEPS)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -86,7 +86,7 @@ def distorted(lens: Lens, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.
 
 @lru_cache(maxsize=8)
 def _places(lens: Lens, raw: Intrinsics, straight: Intrinsics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row and column of the raw image for each pixel of the straight one (height, width), and which lie inside."""
+    """Row and column in the raw image of each pixel of the undistorted one (height, width), and which are inside."""
     v, u = np.mgrid[0 : straight.height, 0 : straight.width].astype(np.float64)
     x, y = distorted(lens, (u - straight.cx) / straight.fx, (v - straight.cy) / straight.fy)
     column, row = x * raw.fx + raw.cx, y * raw.fy + raw.cy
@@ -96,15 +96,15 @@ def _places(lens: Lens, raw: Intrinsics, straight: Intrinsics) -> tuple[np.ndarr
 
 
 def without_distortion(depth: np.ndarray, lens: Lens, raw: Intrinsics, straight: Intrinsics) -> np.ndarray:
-    """The depth image of a pinhole camera at the same place.
+    """The undistorted depth image of a pinhole camera at the same pose.
 
     On a surface the inverse depth is interpolated, which is exact for planes; at edges, and beside pixels without a
-    measurement, the nearest pixel counts.
+    measurement, the nearest pixel is used.
 
     Args:
         depth: float32 (height, width) along the optical axis [m]; 0: no measurement.
-        raw: of the image with distortion.
-        straight: of the result.
+        raw: intrinsics of the distorted image.
+        straight: intrinsics of the result.
     """
     row, column, inside = _places(lens, raw, straight)
     top, left = np.floor(row).astype(np.intp), np.floor(column).astype(np.intp)

@@ -20,35 +20,35 @@ ACCEPTED = (
 
 
 RATE = 30.0
-"""Frames a second, where nothing says it [Hz]."""
+"""Default frame rate [Hz]."""
 
 
 def read_npz(
     path: Path, index: int, rate: float | None, skip: Skip, per_metre: float | None = None
 ) -> Generator[InputFrame, None, int]:
-    """The frames of one NPZ file; the generator returns how many the file holds, skipped ones too.
+    """The frames of one NPZ file; the generator returns their number in the file, including skipped ones.
 
-    Accepted are these keys and no others; a file of F stacked frames has `points` or `depth` with one axis more:
+    Only these keys are accepted; a file of F stacked frames has `points` or `depth` with one axis more:
 
     * `points` (n, 3) or (F, n, 3): in camera axes [m]; or
     * `depth` (height, width) or (F, height, width): along the camera's z [m], 0 or NaN without measurement, with
-      `intrinsics` (4,) or (F, 4): fx, fy, cx, cy [px]; `color` may be there and is not read;
-    * `mask`, the shape of depth, or of points without the last axis: true where it counts; optional;
-    * `stamp`, a number or (F,) [s], or in milliseconds, microseconds or nanoseconds, which their size tells; without it
+      `intrinsics` (4,) or (F, 4): fx, fy, cx, cy [px]; `color` is ignored;
+    * `mask`, the shape of depth, or of points without the last axis: true for valid entries; optional;
+    * `stamp`, a number or (F,) [s], or in milliseconds, microseconds or nanoseconds, inferred from their magnitude; without it
       frame i of all files is at i / `rate`;
-    * `rotation` (3, 3) or (F, 3, 3), world from camera, and `position` (3,) or (F, 3) [m]; without them the camera
-      stands at the world's origin, and its axes are the world's.
+    * `rotation` (3, 3) or (F, 3, 3), world from camera, and `position` (3,) or (F, 3) [m]; without them the pose is
+      the identity.
 
     Args:
         path: the file.
-        index: how many frames were before this file.
-        rate: frames a second [Hz], where there are no stamps; None: not known, RATE is taken.
-        skip: is told of frames without a single point, or without a pose.
-        per_metre: the number of depth or points for one metre; 1 without it. `position` is in metres always.
+        index: number of frames in the files before.
+        rate: frame rate if there are no stamps [Hz]; None: not known, RATE is used.
+        skip: called for frames without a point or without a valid pose.
+        per_metre: units of depth or points per metre; if None 1. `position` is always in metres.
 
     Raises:
-        UsageError: a missing or broken file, other keys, other shapes, whole numbers without a unit, no pose at all, intrinsics
-            or stamps that are not finite.
+        UsageError: a missing or broken file, other keys, other shapes, integers without a unit, no valid pose, intrinsics or
+            stamps that are not finite.
     """
     arrays = _load(path)
     unknown = sorted(set(arrays) - set(KEYS))
@@ -58,15 +58,15 @@ def read_npz(
     key = "depth" if "depth" in arrays else "points"
     values = arrays[key]
     if "color" in arrays and key == "points":
-        raise _wrong(path, "color goes with depth")
+        raise _wrong(path, "color is accepted only with depth")
     stacked = values.ndim == 3
     if values.ndim not in (2, 3) or values.dtype.kind not in "fiu" or (key == "points" and values.shape[-1] != 3):
         raise _wrong(path, f"{key} is {values.dtype} {values.shape}")
     if values.dtype.kind in "iu" and per_metre is None:
         least, most = (values.min(), values.max()) if values.size else (0, 0)
         raise UsageError(
-            f"NPZ file {path}: {key} is {values.dtype}, from {least} to {most}; whole numbers are not metres: accepted is their "
-            "number for one metre by --per-metre (1000: millimetres)"
+            f"NPZ file {path}: {key} is {values.dtype}, from {least} to {most}; integers are not metres: accepted is the "
+            "number of units per metre by --per-metre (1000: millimetres)"
         )
     count = len(values) if stacked else 1
     if not stacked:
@@ -107,7 +107,7 @@ def read_npz(
 
 
 def _fault_of_pose(each: Mapping[str, np.ndarray], i: int) -> str:
-    """What is wrong with the pose of frame i; "": nothing."""
+    """The error in the pose of frame i; "": none."""
     fault = fault_of_rotation(np.asarray(each["rotation"][i], np.float64)) if "rotation" in each else ""
     if not fault and "position" in each and not np.isfinite(each["position"][i]).all():
         fault = "a number of position is not finite"
@@ -115,7 +115,7 @@ def _fault_of_pose(each: Mapping[str, np.ndarray], i: int) -> str:
 
 
 def unit_of_stamps(path: Path) -> str:
-    """The unit of a file's stamps, which their size tells; seconds where it has none, or is broken, which its reader says."""
+    """The unit of a file's stamps, inferred from their magnitude; seconds if it has none or is broken, which its reader reports."""
     try:
         with np.load(path, allow_pickle=False) as file:
             return stamp_unit(np.ravel(file["stamp"]).astype(np.float64)) if "stamp" in file.files else "seconds"
@@ -124,13 +124,13 @@ def unit_of_stamps(path: Path) -> str:
 
 
 def measured_points(points: np.ndarray) -> np.ndarray:
-    """Rows of points (n, 3) in the sensor's axes that are measurements, float32: finite, and not the sensor itself."""
+    """Valid rows of points (n, 3) in sensor axes, float32: finite, and not at the sensor itself."""
     cloud = np.asarray(points, np.float32)
     return cloud[np.isfinite(cloud).all(axis=1) & (cloud != 0).any(axis=1)]
 
 
 def _each(path: Path, name: str, array: np.ndarray, shape: tuple, count: int, stacked: bool) -> np.ndarray:
-    """The array with a leading frame axis; one value serves all frames."""
+    """The array with a leading frame axis; a single value is used for all frames."""
     if array.dtype.kind not in "fiub":
         raise _wrong(path, f"{name} is {array.dtype}")
     array = np.squeeze(array) if shape == () and array.size == 1 else array
@@ -140,7 +140,7 @@ def _each(path: Path, name: str, array: np.ndarray, shape: tuple, count: int, st
         return np.broadcast_to(array, (count, *shape))
     if stacked and array.shape == (count, *shape):
         return array
-    raise _wrong(path, f"{name} is {array.shape}, needed is {(count, *shape) if stacked else shape}")
+    raise _wrong(path, f"{name} has the shape {array.shape}, needed is {(count, *shape) if stacked else shape}")
 
 
 def _load(path: Path) -> Mapping[str, np.ndarray]:

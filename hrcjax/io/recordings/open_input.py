@@ -1,4 +1,4 @@
-"""Opens a recording by what its path is."""
+"""Opens a recording of any supported kind."""
 
 import inspect
 from collections.abc import Callable, Sequence
@@ -35,24 +35,24 @@ def open_input(
 ) -> InputSource:
     """The frames of a recording, read while they are iterated: `for frame in open_input("recording"): ...`.
 
-    An option that is not given takes the default of the recording's kind, said at its reader; one that does not belong
-    to the kind is refused.
+    An option that is None has the default of the recording's kind, documented at its reader; one that does not apply to the
+    kind is refused.
 
     Args:
-        path: a folder or file; what it is decides on the reader.
+        path: a folder or file; its content selects the reader.
         intrinsics: of the depth camera, of images without distortion. Folders of images, bags.
-        per_metre: the number of depth images and points for one metre. All kinds.
-        rate: frames a second [Hz], where there are no stamps. Folders with pose.txt, PLY, NPZ.
-        tolerance: how far the nearest pose may be from a frame [s]. TUM folders, bags.
+        per_metre: units of depth and points per metre. All kinds.
+        rate: frame rate if there are no stamps [Hz]. Folders with pose.txt, PLY, NPZ.
+        tolerance: largest time between a frame and the nearest pose [s]. TUM folders, bags.
         origin: of the sensor in the world (3,) [m]. PLY.
         topics: of depth images or clouds. Bags.
-        info_topic: of the camera's parameters. Bags.
-        world_frame: the frame of tf that is the world. Bags.
+        info_topic: of the CameraInfo. Bags.
+        world_frame: the tf frame used as the world frame. Bags.
         pose_topic: of poses, instead of tf. Bags.
-        body_frame: the frame whose pose `pose_topic` tells. Bags.
+        body_frame: the tf frame whose pose `pose_topic` holds. Bags.
 
     Raises:
-        UsageError: nothing there, nothing known there, an option that does not belong to it, and what the reader finds.
+        UsageError: no such path, an unsupported kind, an option that does not apply, and errors of the reader.
     """
     given: dict[str, Any] = {
         "intrinsics": intrinsics,
@@ -72,14 +72,12 @@ def open_input(
     accepted = list(inspect.signature(reader).parameters)[1:]
     foreign = [name for name in given if name not in accepted]
     if foreign:
-        raise UsageError(
-            f"{path} is {kind}, {', '.join(foreign)} does not belong to it: accepted are {', '.join(accepted)}"
-        )
+        raise UsageError(f"{path} is {kind}, {', '.join(foreign)} does not apply: accepted are {', '.join(accepted)}")
     return reader(path, **given)
 
 
 def _reader(path: Path) -> tuple[Callable[..., InputSource], str]:
-    """The function that opens the path, and in words what the path is."""
+    """The reader for the path, and a description of the path."""
     if not path.exists():
         raise UsageError(f"nothing at {path}: accepted is {ACCEPTED}")
     if path.is_dir():
@@ -101,4 +99,4 @@ def _reader(path: Path) -> tuple[Callable[..., InputSource], str]:
         return open_bag, "a ROS bag"
     elif path.suffix.lower() in SUFFIXES:
         return open_clouds, "a file of frames or points"
-    raise UsageError(f"{path} is no recording that can be read: accepted is {ACCEPTED}")
+    raise UsageError(f"{path} is not a supported recording: accepted is {ACCEPTED}")

@@ -11,20 +11,20 @@ LONGEST_HEADER = 1000  # lines
 
 
 WHOLE = ("char", "uchar", "short", "ushort", "int", "uint", "int8", "uint8", "int16", "uint16", "int32", "uint32")
-"""Types of whole numbers."""
+"""Integer types."""
 
 
 def read_ply(path: Path, per_metre: float | None = None) -> tuple[np.ndarray, np.ndarray | None]:
-    """Vertices, float64 (point, 3) [m], in the axes of the file; the sensor's position, float64 (3,) [m], or None.
+    """Vertices, float64 (point, 3) [m], in the file's axes; the sensor's position, float64 (3,) [m], or None.
 
     The position is that of an element `camera` with view_px, view_py, view_pz, as the Point Cloud Library writes it.
-    Faces, normals and colors are passed over.
+    Faces, normals and colours are ignored.
 
     Args:
-        per_metre: the file's number for one metre; 1 without it.
+        per_metre: the file's units per metre; if None 1.
 
     Raises:
-        UsageError: a missing or truncated file, another format, vertices without x, y, z, or of whole numbers without a unit.
+        UsageError: a missing or truncated file, another format, vertices without x, y, z, or integers without a unit.
     """
     from trimesh.exchange.ply import load_ply  # takes long to import and is needed for these files alone
 
@@ -32,8 +32,8 @@ def read_ply(path: Path, per_metre: float | None = None) -> tuple[np.ndarray, np
     whole = [name for name in "xyz" if properties.get(name) in WHOLE]
     if whole and per_metre is None:
         raise UsageError(
-            f"PLY file {path}: {', '.join(whole)} are whole numbers ({properties[whole[0]]}), which are not metres: accepted is "
-            "their number for one metre by --per-metre (1000: millimetres)"
+            f"PLY file {path}: {', '.join(whole)} are integers ({properties[whole[0]]}), which are not metres: accepted is "
+            "the number of units per metre by --per-metre (1000: millimetres)"
         )
     missing = [name for name in "xyz" if name not in properties]
     if missing:
@@ -54,7 +54,7 @@ def read_ply(path: Path, per_metre: float | None = None) -> tuple[np.ndarray, np
     except Exception as error:  # the library raises errors of many types on broken files
         raise _broken(path, " ".join(str(error).split()) or type(error).__name__) from error
     if len(points) != vertex["length"]:
-        raise _broken(path, f"{vertex['length']} vertices are announced, {len(points)} are there")
+        raise _broken(path, f"{vertex['length']} vertices are declared, but there are {len(points)}")
     if position is not None and not np.isfinite(position).all():
         raise _broken(path, "the position of its camera is not finite")
     scale = per_metre or 1.0
@@ -66,7 +66,7 @@ def _broken(path: Path, what: str) -> UsageError:
 
 
 def _vertex_properties(path: Path) -> dict[str, str]:
-    """Names and types of what the header announces for each vertex."""
+    """Names and types of the vertex properties in the header."""
     found: dict[str, str] = {}
     element = ""
     try:

@@ -1,11 +1,11 @@
-"""Rigid poses: from numbers of a file, composed, and interpolated in time."""
+"""Rigid poses: from numbers, composition, interpolation in time."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-NORM_TOLERANCE = 0.01  # of a quaternion's norm and of the entries of R^T R; files with four decimals stay far below
+NORM_TOLERANCE = 0.01  # of a quaternion's norm and of the entries of R^T R; files with four decimals are far below
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,21 +16,21 @@ class Pose:
     position: np.ndarray
 
     def __matmul__(self, child: "Pose") -> "Pose":
-        """From the child's child into the parent."""
+        """Composition: from the child's child into the parent."""
         return Pose(self.rotation @ child.rotation, self.rotation @ child.position + self.position)
 
     def inverse(self) -> "Pose":
-        """From the parent into the child."""
+        """The inverse: from the parent into the child."""
         return Pose(self.rotation.T, -self.rotation.T @ self.position)
 
 
 def identity() -> Pose:
-    """The pose that changes nothing."""
+    """The identity pose."""
     return Pose(np.eye(3), np.zeros(3))
 
 
 def fault_of_numbers(numbers: np.ndarray) -> str:
-    """What is wrong with tx ty tz qx qy qz qw, (7,); "" if nothing is."""
+    """The error in tx ty tz qx qy qz qw, (7,); "": none."""
     if not np.isfinite(numbers).all():
         return "a number is not finite"
     norm = float(np.linalg.norm(numbers[3:]))
@@ -40,11 +40,11 @@ def fault_of_numbers(numbers: np.ndarray) -> str:
 
 
 def fault_of_rotation(rotation: np.ndarray) -> str:
-    """What is wrong with a matrix (3, 3) as a rotation; "" if nothing is."""
+    """The error in a rotation matrix (3, 3); "": none."""
     if not np.isfinite(rotation).all():
         return "a number of the rotation is not finite"
     if np.abs(rotation.T @ rotation - np.eye(3)).max() > NORM_TOLERANCE or np.linalg.det(rotation) < 0:
-        return "the rotation is no orthonormal right-handed matrix"
+        return "the rotation is not an orthonormal right-handed matrix"
     return ""
 
 
@@ -54,7 +54,7 @@ def pose_of(numbers: np.ndarray) -> Pose:
 
 
 class Trajectory:
-    """Poses over time. Between two of them the position is linear and the rotation turns at a constant rate."""
+    """Poses over time: linear interpolation of position, spherical linear interpolation of rotation."""
 
     def __init__(self, rows: np.ndarray) -> None:
         """Takes rows `stamp tx ty tz qx qy qz qw` (pose, 8) [s, m, unit quaternion], at least one, in any order."""
@@ -65,7 +65,7 @@ class Trajectory:
     def at(self, stamp: float, tolerance: float) -> Pose | None:
         """The pose at `stamp` [s], or None if the nearest recorded one is further away than `tolerance` [s].
 
-        Interpolated between the neighbours; before the first and after the last, these two are held.
+        Interpolated between the neighbours; held before the first and after the last.
         """
         upper = int(np.searchsorted(self.stamps, stamp))
         lower, upper = max(upper - 1, 0), min(upper, len(self.stamps) - 1)

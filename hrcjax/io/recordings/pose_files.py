@@ -1,4 +1,4 @@
-"""Text files of poses, one a line, or one a file."""
+"""Text files of poses, one per line, or one per file."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from hrcjax.io.recordings.files import files_with, text_lines
 from hrcjax.io.recordings.pose import fault_of_numbers, fault_of_rotation
 from hrcjax.lab.errors import UsageError
 
-Faults = dict[int, tuple[str, str]]  # number of a row -> where it stands, and what is wrong with it
+Faults = dict[int, tuple[str, str]]  # index of a row -> its location, and the error
 
 
 def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
@@ -19,10 +19,10 @@ def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
     Without stamps a row may also be the matrix, 3 x 4 or 4 x 4, row by row. Lines that begin with # are comments.
 
     Returns:
-        the rows, and what is wrong with those that hold no pose: a tracker that has lost its way writes zeros or infinities.
+        the rows, and the errors of invalid ones: trackers write zeros or infinities where tracking is lost.
 
     Raises:
-        UsageError: a missing file, one without a single pose, a line with another count of numbers.
+        UsageError: a missing file, no valid pose, a line with another number of columns.
     """
     accepted = f"a line '{'stamp ' if stamped else ''}tx ty tz qx qy qz qw' for each pose, camera to world, [m], unit quaternion"
     lines = text_lines(path, accepted)
@@ -45,7 +45,7 @@ def read_poses(path: Path, stamped: bool) -> tuple[np.ndarray, Faults]:
     if not rows:
         raise UsageError(f"{path} holds no pose: accepted is {accepted}")
     if len(faults) == len(rows):
-        raise UsageError(f"{path} {': '.join(faults[0])}, nor is any other line a pose; accepted is {accepted}")
+        raise UsageError(f"{path} {': '.join(faults[0])}, and no other line is a valid pose; accepted is {accepted}")
     return np.stack(rows), faults
 
 
@@ -62,7 +62,7 @@ def read_pose_folder(folder: Path) -> tuple[np.ndarray, Faults]:
         except ValueError:
             numbers = np.empty(0)
         if numbers.size not in (12, 16):
-            raise UsageError(f"{path} is no pose: accepted is {accepted}")
+            raise UsageError(f"{path} is not a pose: accepted is {accepted}")
         row, fault = _of_matrix(numbers)
         if fault:
             faults[len(rows)] = path.name, fault
@@ -73,7 +73,7 @@ def read_pose_folder(folder: Path) -> tuple[np.ndarray, Faults]:
 
 
 def _of_matrix(numbers: np.ndarray) -> tuple[np.ndarray, str]:
-    """tx ty tz qx qy qz qw of a matrix 3 x 4 or 4 x 4, and what is wrong with it."""
+    """tx ty tz qx qy qz qw of a matrix 3 x 4 or 4 x 4, and the error in it."""
     matrix = numbers.reshape(-1, 4)
     fault = fault_of_rotation(matrix[:3, :3]) or ("" if np.isfinite(matrix).all() else "a number is not finite")
     quaternion = np.zeros(4) if fault else Rotation.from_matrix(matrix[:3, :3]).as_quat()

@@ -27,18 +27,18 @@ def open_numbered_folder(
 ) -> InputSource:
     """A folder with depth/*.pgm or *.png (16 bits) and pose.txt, or a folder pose/ with a matrix for each image.
 
-    The images are taken in natural order (2 before 10); line i of pose.txt belongs to image i. A line without a pose (zeros,
-    infinities) passes its image over. There are no stamps: frame i is at i / `rate`. Colour is not read.
+    The images are in natural order (2 before 10); line i of pose.txt belongs to image i. An image with an invalid pose (zeros,
+    infinities) is skipped. There are no stamps: frame i is at i / `rate`. Colour is not read.
 
     Args:
         folder: the folder.
-        intrinsics: of the depth camera; without it those of a file beside the images (`camera_files`); without that
-            fx 518, fy 519, cx 325.5, cy 253.5 of 640x480 pixels, which is said.
-        per_metre: the images' number for one metre; without it that of the camera's file, or 1000, which is said.
-        rate: frames a second [Hz]; without it 30, and no speed follows from the stamps.
+        intrinsics: of the depth camera; if None those of a camera file (`camera_files`), or else fx 518, fy 519, cx 325.5,
+            cy 253.5 of 640x480 pixels, with a note.
+        per_metre: units of depth per metre; if None that of the camera file, or 1000, with a note.
+        rate: frame rate [Hz]; if None 30, and speeds are not checked.
 
     Raises:
-        UsageError: no images, another count of poses, a broken line of pose.txt, a camera's file of another image size.
+        UsageError: no images, another number of poses, a broken line of pose.txt, a camera file for another image size.
     """
     folder = Path(folder)
     scale = None if per_metre is None else _positive("the scale of depth", per_metre)
@@ -51,7 +51,7 @@ def open_numbered_folder(
     poses, faults = read_pose_folder(folder / "pose") if in_files else read_poses(folder / name, stamped=False)
     if len(poses) != len(images):
         raise UsageError(
-            f"{folder} holds {len(images)} depth images and {name} {len(poses)} poses: accepted is one pose an image"
+            f"{folder} holds {len(images)} depth images and {name} {len(poses)} poses: accepted is one pose per image"
         )
     camera = depth_camera(folder, images[0], intrinsics, scale, NUMBERED_CAMERA)
 
@@ -65,7 +65,7 @@ def open_numbered_folder(
 
     notes = (
         camera.note,
-        *([] if timed else ["no stamps: speeds are not checked (--rate says how fast the frames are)"]),
+        *([] if timed else ["no stamps: speeds are not checked; give the frame rate by --rate"]),
     )
     return InputSource(folder, "folder of numbered depth images", len(images), read, notes=notes)
 
@@ -79,20 +79,20 @@ def open_tum_folder(
     """A folder with depth.txt (`stamp filename`) and groundtruth.txt (`stamp tx ty tz qx qy qz qw`).
 
     The pose of an image is interpolated between its two neighbours of groundtruth.txt (before the first and after the
-    last, these are held) if the nearer one is within `tolerance`; an image without a pose is skipped and named, a line
-    without a pose (zeros, infinities) passed over. Stamps of each file are in seconds, or in milliseconds, microseconds or
-    nanoseconds, which their size tells. Colour is not read.
+    last, these are held) if the nearer one is within `tolerance`; an image without a pose is skipped and reported, an
+    invalid pose (zeros, infinities) ignored. Stamps of each file are in seconds, or in milliseconds, microseconds or
+    nanoseconds, inferred from their magnitude. Colour is not read.
 
     Args:
         folder: the folder.
-        intrinsics: of the depth camera; without it those of a file beside the images (`camera_files`); without that
-            fx = fy = 525, cx 319.5, cy 239.5 of 640x480 pixels, which is said.
-        per_metre: the images' number for one metre; without it that of the camera's file, or 5000, which is said.
-        tolerance: between the stamps of images and poses [s]; 0.02 without it, as in the benchmark's own tool.
+        intrinsics: of the depth camera; if None those of a camera file (`camera_files`), or else fx = fy = 525, cx 319.5,
+            cy 239.5 of 640x480 pixels, with a note.
+        per_metre: units of depth per metre; if None that of the camera file, or 5000, with a note.
+        tolerance: between the stamps of images and poses [s]; if None 0.02, as in the benchmark's own tool.
 
     Raises:
-        UsageError: a missing or broken list, an image that is listed and not there, no image with a pose, a camera's file
-            of another image size.
+        UsageError: a missing or broken list, a listed image that is missing, no image with a pose, a camera file for another
+            image size.
     """
     folder = Path(folder)
     scale = None if per_metre is None else _positive("the scale of depth", per_metre)
@@ -110,7 +110,7 @@ def open_tum_folder(
         raise UsageError(
             f"{folder}: none of the {len(images)} depth images has a pose within {near:g} s (images from "
             f"{images[0][0]:.3f} to {images[-1][0]:.3f} s, poses from {trajectory.stamps[0]:.3f} to "
-            f"{trajectory.stamps[-1]:.3f} s): accepted are depth.txt and groundtruth.txt of one clock"
+            f"{trajectory.stamps[-1]:.3f} s): accepted are depth.txt and groundtruth.txt with stamps of the same clock"
         )
     camera = depth_camera(folder, images[0][1], intrinsics, scale, TUM_CAMERA)
 
@@ -128,7 +128,7 @@ def open_tum_folder(
         for name, unit in zip(("depth.txt", "groundtruth.txt"), units, strict=True)
         if unit != "seconds"
     ]
-    notes = (camera.note, *([f"stamps, by their size: {', '.join(odd)}"] if odd else []))
+    notes = (camera.note, *([f"stamps, inferred from their magnitude: {', '.join(odd)}"] if odd else []))
     return InputSource(folder, "TUM RGB-D folder", found, read, notes=notes)
 
 

@@ -1,4 +1,4 @@
-"""A recording that is read while it is used."""
+"""A recording that is read frame by frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hrcjax.io.recordings.frame import InputFrame
 
-Skip = Callable[[str], None]  # takes the reason why something could not be used
+Skip = Callable[[str], None]  # called with the reason why a frame or pose is skipped
 
 
 @dataclass(eq=False)
@@ -15,10 +15,10 @@ class InputSource:
 
     Attributes:
         path: what was opened.
-        kind: what it is, in words.
-        length: number of frames, an upper bound if some turn out to be unusable; None if not known without reading all.
-        skipped: one line for each frame (or group of poses) that could not be used, as far as the iteration got.
-        notes: one line for each thing that was read from a file beside the frames, inferred, or assumed.
+        kind: its format, as text.
+        length: number of frames, an upper bound if some are skipped; None if not known without reading all.
+        skipped: one line for each frame (or group of poses) skipped so far.
+        notes: one line for each setting that was read from a camera file, inferred, or assumed.
     """
 
     path: Path

@@ -1,20 +1,20 @@
-"""The unit of time stamps, found by their size."""
+"""The unit of time stamps, inferred from their magnitude."""
 
 import numpy as np
 
 UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-"""Units of clocks, and how many of them a second has."""
+"""Units of time -> their number per second."""
 EPOCH = (5e8, 1e10)
 """Seconds since 1970 of the years 1985 to 2286."""
 LONGEST_STEP = 10.0
-"""Frames of a recording are not farther apart than this, by their median [s]."""
+"""Largest plausible median time between frames [s]."""
 
 
 def stamp_unit(stamps: np.ndarray, longest: float = LONGEST_STEP) -> str:
     """The unit of stamps (n,): a key of UNITS.
 
-    A clock that counts from 1970 tells its unit by its size. Another one is taken to be in the largest unit in which
-    the median step is not above `longest` [s]; a single stamp is in seconds.
+    The unit of a clock that counts from 1970 follows from its magnitude. Any other clock is in the largest unit in which
+    the median step is at most `longest` [s]; a single stamp is in seconds.
     """
     stamps = np.asarray(stamps, np.float64)
     steps = np.diff(np.unique(stamps))

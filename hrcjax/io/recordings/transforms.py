@@ -1,4 +1,4 @@
-"""Frames that move relative to each other, as ROS records them in tf and tf_static."""
+"""Trees of moving coordinate frames, as in ROS's tf and tf_static."""
 
 from collections.abc import Iterable
 from itertools import pairwise
@@ -11,11 +11,11 @@ from hrcjax.lab.errors import UsageError
 
 
 class NoPoseError(LookupError):
-    """The pose of a frame is not known at a moment; the message says which and why."""
+    """The pose of a frame is not known at a time; the message names frame and reason."""
 
 
 class TransformTree:
-    """Poses of frames in their parents, over time."""
+    """Poses of frames relative to their parents over time."""
 
     def __init__(self) -> None:
         self.faults: list[str] = []
@@ -25,7 +25,7 @@ class TransformTree:
         self._trajectories: dict[tuple[str, str], Trajectory] = {}
 
     def add(self, transforms: Iterable, static: bool) -> None:
-        """Takes geometry_msgs/TransformStamped; of a static one the last counts, and at all times."""
+        """Adds geometry_msgs/TransformStamped; of a static transform the last one is used for all times."""
         for item in transforms:
             child, parent = frame_name(item.child_frame_id), frame_name(item.header.frame_id)
             row = pose_row(stamp_of(item.header), item.transform.translation, item.transform.rotation)
@@ -41,7 +41,7 @@ class TransformTree:
             rows.append(row)
 
     def close(self) -> None:
-        """After the last transform: makes the trajectories, and names in `faults` what could not be used."""
+        """To be called after the last transform: builds the trajectories and lists invalid transforms in `faults`."""
         for child, parents in self._rows.items():
             for parent, rows in parents.items():
                 self._trajectories[child, parent] = Trajectory(np.array(rows, np.float64))
@@ -60,31 +60,30 @@ class TransformTree:
         while parents := self._rows.get(names[-1]):
             if len(parents) > 1:
                 raise UsageError(
-                    f"frame {names[-1]} has the parents {', '.join(sorted(parents))} in tf: accepted is one a frame"
+                    f"frame {names[-1]} has the parents {', '.join(sorted(parents))} in tf: accepted is one parent per frame"
                 )
             parent = next(iter(parents))
             if parent in names:
-                raise UsageError(f"tf turns in a circle at frame {parent}: accepted is a tree of frames")
+                raise UsageError(f"tf has a cycle at frame {parent}: accepted is a tree of frames")
             names.append(parent)
         return names
 
     def pose(self, world: str, frame: str, stamp: float, tolerance: float) -> Pose:
-        """From the axes of `frame` into those of `world`, at `stamp` [s], interpolated.
+        """Pose of `frame` in `world` at `stamp` [s], interpolated.
 
         Raises:
-            NoPoseError: no common root, or a moving pose between them whose nearest record is further away than
-                `tolerance` [s].
+            NoPoseError: no common root, or a moving transform between them without a record within `tolerance` [s].
             UsageError: see `chain`.
         """
         up, down = self.chain(frame), self.chain(world)
         common = next((name for name in up if name in down), None)
         if common is None:
-            raise NoPoseError(f"tf does not join {frame} to {world}")
+            raise NoPoseError(f"tf does not connect {frame} to {world}")
         pose = self._climb(down[: down.index(common) + 1], stamp, tolerance).inverse()
         return pose @ self._climb(up[: up.index(common) + 1], stamp, tolerance)
 
     def _climb(self, names: list[str], stamp: float, tolerance: float) -> Pose:
-        """From the first of a chain into the last."""
+        """Pose of the first frame of a chain in the last."""
         pose = identity()
         for child, parent in pairwise(names):
             static = (child, parent) in self._static

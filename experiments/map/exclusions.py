@@ -1,4 +1,4 @@
-"""What of a recording does not belong into its map: what is outside of a box, and the robot."""
+"""What is excluded from a map: points outside of a crop box, and the robot's body."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,45 +16,45 @@ from hrcjax.typing import Joints, Vector3
 from .config import MapConfig
 
 BASES = ("base", "base_link")
-"""Frames of a UR's base: that of its controller, in which x points backwards, and that of ROS, turned by 180 degrees about z."""
+"""Base frames of a UR arm: that of its controller, in which x points backwards, and that of ROS, rotated by 180 degrees about z."""
 
 
 class Box(NamedTuple):
-    """An upright box."""
+    """An axis-aligned box."""
 
     lower: Vector3
-    """Its least corner [m]."""
+    """Minimum corner [m]."""
     upper: Vector3
-    """Its greatest corner [m]."""
+    """Maximum corner [m]."""
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOut:
-    """What is taken out of frames before they come into the map."""
+class Exclusions:
+    """Crop box and robot: what is excluded from the frames before they are fused."""
 
     box: Box | None = None
-    """What is outside of it is not taken in; None: everything is."""
+    """Crop box: points outside are not added to the map; None: no crop."""
     arm: Arm | None = None
-    """The robot, whose base stands at the world's origin; None: it is not in the picture."""
+    """The robot, with its base at the world's origin; None: no robot in view."""
     joints: JointRecord | None = None
-    """Of the robot, over time."""
+    """Joint positions of the robot over time."""
     base: str = BASES[0]
-    """Which frame of the robot's base is the world's: one of BASES."""
+    """Base frame that coincides with the world: one of BASES."""
 
     @property
     def named(self) -> bool:
-        """Whether the file of joints names them."""
+        """Whether the joint file names its columns."""
         return self.joints is not None and self.joints.named
 
-    def with_base(self, base: str) -> "LeftOut":
-        """The same with another base."""
+    def with_base(self, base: str) -> "Exclusions":
+        """The same with another base frame."""
         return replace(self, base=base)
 
     def body_at(self, q: Joints | None) -> Capsules | None:
-        """The robot in the world; None: it is not in the picture.
+        """The robot's capsules in the world; None: no robot.
 
         Args:
-            q: joints [rad]; None: there is no robot.
+            q: joint positions [rad]; None: no robot.
         """
         if q is None or self.arm is None:
             return None
@@ -65,43 +65,42 @@ class LeftOut:
         return Capsules(body.a * half_turn, body.b * half_turn, body.radius)
 
     def q_at(self, stamp: float) -> Joints | None:
-        """Joints at a moment [rad], None if there is no robot; not finite where they are not known, so that the frame is
-        refused."""
+        """Joint positions at a time [rad]; None: no robot. NaN where they are not known, so that the frame is refused."""
         if self.joints is None:
             return None
         q = self.joints.at(stamp)
         return jnp.asarray(np.full(self.joints.q.shape[1], np.nan) if q is None else q, jnp.float32)
 
 
-def left_out_of(config: MapConfig) -> LeftOut:
-    """What the options leave out.
+def exclusions_of(config: MapConfig) -> Exclusions:
+    """Crop box and robot of the options.
 
     Raises:
-        UsageError: no box, no such arm, no file of joints.
+        UsageError: an empty box, an unknown arm, an invalid joint file.
     """
     box = None
     if config.crop is not None:
         lower, upper = np.asarray(config.crop[:3]), np.asarray(config.crop[3:])
         if not (np.isfinite(config.crop).all() and (lower < upper).all()):
             raise UsageError(
-                f"--crop {' '.join(f'{v:g}' for v in config.crop)}: accepted are x y z of the least corner and x y z of the "
-                "greatest one, each greater [m]"
+                f"--crop {' '.join(f'{v:g}' for v in config.crop)}: accepted are x y z of the minimum corner and x y z of the "
+                "maximum corner, each greater [m]"
             )
         box = Box(jnp.asarray(lower, jnp.float32), jnp.asarray(upper, jnp.float32))
     if config.joints is None:
         for name in ("arm", "arm_base"):
             if getattr(config, name) != getattr(MapConfig, name):
                 raise UsageError(f"--{name.replace('_', '-')} {getattr(config, name)}: give --joints FILE with it")
-        return LeftOut(box)
+        return Exclusions(box)
     try:
         arm = load_arm(config.arm)
     except ValueError as error:
         raise UsageError(f"--arm: {one_line(error)}") from error
-    return LeftOut(box, arm, read_joints(config.joints, arm.q_max), config.arm_base)
+    return Exclusions(box, arm, read_joints(config.joints, arm.q_max), config.arm_base)
 
 
 def check_overlap(box: Box | None, layout: MapLayout) -> None:
-    """Refuses a box of which no part is mapped.
+    """Refuses a crop box outside of the mapped box.
 
     Raises:
         UsageError: such a box.
@@ -112,4 +111,6 @@ def check_overlap(box: Box | None, layout: MapLayout) -> None:
     upper = lower + layout.edge_of(0) * np.asarray(layout.shape)
     if not ((np.asarray(box.lower) < upper) & (np.asarray(box.upper) > lower)).all():
         least, greatest = (" ".join(f"{v:.2f}" for v in corner) for corner in (lower, upper))
-        raise UsageError(f"--crop: nothing of it is in the mapped box; accepted is a part of {least} to {greatest} [m]")
+        raise UsageError(
+            f"--crop: outside of the mapped box; accepted is a box that overlaps {least} to {greatest} [m]"
+        )
