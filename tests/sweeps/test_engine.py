@@ -1,6 +1,7 @@
 """One compiled program, chunks, resuming, and what is not finite."""
 
 import io
+import time
 from pathlib import Path
 
 import jax
@@ -56,6 +57,17 @@ def test_one_trace_for_all_settings_and_worlds(tmp_path: Path) -> None:
     assert len(toy_cell.TRACES) == 1
     assert (tally.computed, tally.resumed) == (40, 0)
     assert tally.statuses == {0: 40}
+
+
+@pytest.mark.parametrize(("memory", "said"), [(1000.0, False), (1e-3, True)])
+def test_what_a_chunk_takes_is_said_and_whether_that_is_too_much(tmp_path: Path, memory: float, said: bool) -> None:
+    printed, begin = io.StringIO(), time.monotonic()
+    with open_store(tmp_path, "f", {"identity": {}}) as store:
+        tally = run_sweep(problem(), grid(), store, 10, memory, stream=printed)
+    assert "; a chunk takes 0 MB" in printed.getvalue()
+    assert (f"more than the {memory:g} MB of --memory" in printed.getvalue()) == said
+    elapsed = time.monotonic() - begin
+    assert 0 < tally.compile_seconds < elapsed and 0 < tally.compute_seconds < elapsed - tally.compile_seconds
 
 
 def test_results_are_those_of_each_setting_alone(tmp_path: Path) -> None:
