@@ -12,7 +12,7 @@ from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.configs import read_config
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
-from hrcjax.lab.parameters import leaf_names
+from hrcjax.lab.parameters import leaf_names, resolve
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance, versions
 from hrcjax.lab.run_folder import folder_name
@@ -96,17 +96,18 @@ def _check(config: SweepConfig) -> None:
 
 
 def _check_grid(config: SweepConfig, problem: Sweepable) -> None:
-    """Refuses the grid of the named settings for a cell that lacks its parameters."""
-    if config.grid == read_config(SweepConfig, "sweep", config.config).grid and not problem.aliases.keys() >= {
-        "K_att",
-        "K_rep",
-        "zeta",
-    }:
-        some = next(iter(leaf_names(problem.params)), "NAME")
+    """Refuses the grid of the named settings, which the user did not type, for a cell that lacks its parameters."""
+    if config.grid != read_config(SweepConfig, "sweep", config.config).grid:
+        return
+    names = leaf_names(problem.params)
+    try:
+        for axis in config.grid:
+            resolve(axis.partition("=")[0].strip(), names, problem.aliases)
+    except UsageError as error:
         raise UsageError(
-            f"the cell {config.cell} has no K_att, K_rep and zeta, which are swept by default: give --grid, for example "
-            f"--grid {some}=lin:LOW:HIGH:COUNT; --list shows all parameters"
-        )
+            f"the cell {config.cell} lacks a parameter that is swept by default ({error}): give --grid, for example "
+            f"--grid {next(iter(names), 'NAME')}=lin:LOW:HIGH:COUNT"
+        ) from error
 
 
 def _default_folder(config: SweepConfig, mark: str) -> Path:

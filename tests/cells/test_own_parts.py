@@ -1,5 +1,6 @@
 """The page on parts of one's own: its code runs as a user's would, and changes the motion; no part switches a guard off."""
 
+import importlib
 import re
 import sys
 from collections.abc import Iterator
@@ -208,8 +209,7 @@ def test_all_four_parts_move_the_arm_and_their_leaves_are_swept(together_cell: N
 @pytest.mark.slow
 def test_the_episode_the_monitor_and_the_metric_of_the_page(folder: Path, ur5_world: tuple[Cell, World]) -> None:
     """The monitor's speed is kept, the metric is that of the record, and the page's program runs with both."""
-    import one_episode
-
+    one_episode = importlib.import_module("one_episode")
     slow, world = find_cell("slow_cell:build", CELLS), ur5_world[1]
     check_cell(slow)
     cell = replace(slow.cell, ticks=ur5_world[0].ticks, substeps=2)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -276,6 +277,18 @@ def test_mistakes_get_one_line_and_leave_nothing(
     assert "Traceback" not in printed
     assert status == 2
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "others", "thesis.tex"]
+
+
+def test_a_cell_without_the_default_parameters_asks_for_a_grid(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    problem = toy_cell.build_problem(("robotica",), ("reach_in",), (0,))
+    monkeypatch.setattr(
+        "experiments.sweep.run._build", lambda config: replace(problem, aliases={}, params={"gain": 1.0})
+    )
+    assert main(["--out", "q"]) == 2
+    said = capsys.readouterr().err
+    assert "lacks a parameter that is swept by default" in said and "--grid gain=lin:LOW:HIGH:COUNT" in said
 
 
 def test_quick_is_small(tmp_path: Path) -> None:

@@ -133,7 +133,7 @@ def test_announcements_are_checked(tmp_path: Path) -> None:
     base = problem()
     faults = {
         "lacks \\['nice'\\]": {"metrics": {**base.metrics, "nice": Metric("1", "low", "")}},
-        "unannounced \\['tool'\\]": {"traces": {n: t for n, t in base.traces.items() if n != "tool"}},
+        "undeclared \\['tool'\\]": {"traces": {n: t for n, t in base.traces.items() if n != "tool"}},
         "returns tool of shape": {"traces": {**base.traces, "tool": Trace(("time",), "m", "")}},
     }
     for n, (message, change) in enumerate(faults.items()):

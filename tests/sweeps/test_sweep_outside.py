@@ -60,7 +60,7 @@ def test_folders_that_take_no_file_are_refused_before_anything_is_built(
 
     monkeypatch.setattr(toy_cell, "build_problem", never)
     (tmp_path / "file").write_text("")
-    for out, why in (("file", "is a file"), ("file/x", "is no folder"), ("x" * 300, "File name too long")):
+    for out, why in (("file", "is a file"), ("file/x", "is not a folder"), ("x" * 300, "File name too long")):
         assert main([*SMALL, "--out", out]) == 2
         error = capsys.readouterr().err
         assert why in error and "give another --out" in error and error.count("\n") == 1
