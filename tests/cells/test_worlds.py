@@ -66,6 +66,13 @@ def test_coordinates_fit_what_is_stored(problem) -> None:
     assert [labels["person"] for labels, _ in problem.worlds] == ["reach_in"] * 2 + ["nobody"] * 2
 
 
+def test_a_cell_has_places_for_the_largest_company(problem) -> None:
+    """All worlds of a sweep have the same shapes, so the cell of every one holds as many people as any has."""
+    company = build_problem(("robotica",), ("reach_in", "nobody+reach_in+pass_by", "nobody+nobody"), (0,))
+    assert [build.args[0].people for _, build in company.worlds] == [3, 3, 3]
+    assert [build.args[0].people for _, build in problem.worlds] == [1] * 4
+
+
 @pytest.mark.parametrize(
     ("name", "inside", "outside"),
     [
