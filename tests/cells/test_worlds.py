@@ -7,12 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.cells import make_cell
+from hrcjax.cells import CELLS, make_cell
 from hrcjax.cells.people import PERSON_RATE, make_people, make_person
 from hrcjax.cells.problem import build_problem
 from hrcjax.cells.worlds import DESCRIBED, describe
 from hrcjax.geom.cloud import Cloud
 from hrcjax.lab.errors import UsageError
+from hrcjax.robot import load_arm
 from hrcjax.sim import Frames, World
 from hrcjax.sweeps.settings import make_settings
 from hrcjax.world import scene_named
@@ -53,6 +54,16 @@ def test_several_people_have_seeds_of_their_own_and_the_first_the_world_s() -> N
     assert not np.array_equal(alone[0].a, alone[1].a)
     with pytest.raises(ValueError, match="2 people, the cell has capacity for 1"):
         make_people("reach_in+nobody", scene, 0, 2.0, 1)
+
+
+@pytest.mark.parametrize("name", ["ur5", "ur5e"])
+def test_built_in_cells_carry_a_tool_of_twelve_centimetres(name: str) -> None:
+    """Ten seconds at 125 Hz; between the tool's point and the flange 12 cm, and a radius of 3 cm."""
+    cell = CELLS[name]().cell
+    bare = load_arm(name)
+    np.testing.assert_allclose(cell.arm.tool_offset - bare.tool_offset, [0.0, 0.0, 0.12])
+    assert cell.arm.capsule_radii[-1] == 0.03 and cell.arm.variant == name
+    assert (cell.ticks, cell.dt, cell.backend) == (1250, 0.008, "folded")
 
 
 def test_coordinates_fit_what_is_stored(problem) -> None:

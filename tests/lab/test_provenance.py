@@ -43,7 +43,9 @@ def test_code_digest_sees_contents_and_names(tmp_path: Path) -> None:
         assert code_digest(changed) == first
         renamed = {f"{other}_" if other == name else other: text for other, text in FILES.items()}
         marks.add(code_digest(package(tmp_path / f"renamed {name}", **renamed)))
-    assert len(marks) == 1 + 2 * len(FILES)
+    moved = {"a": "x = 1", "lab.b": "x = 1", "sweeps.engine": "x = 1", "cells.cell": "x = 1"}
+    marks.add(code_digest(package(tmp_path / "moved", **moved)))
+    assert len(marks) == 2 + 2 * len(FILES)
 
 
 def test_code_digest_passes_over_what_does_not_change_results(tmp_path: Path) -> None:

@@ -172,3 +172,22 @@ def test_a_disk_that_is_too_small_is_seen_at_once(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(engine.shutil, "disk_usage", lambda _: usage)
     with open_store(tmp_path, "f", {"identity": {}}) as store, pytest.raises(StorageError, match="are needed in"):
         run_sweep(problem(), grid(), store, 4, stream=io.StringIO())
+
+
+def test_space_is_asked_for_what_is_still_to_do_and_the_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import hrcjax.sweeps.engine as engine
+
+    with open_store(tmp_path, "f", {"identity": {}}) as store:
+        run_sweep(problem(), grid(), store, 5, stream=io.StringIO())
+        (tmp_path / "chunks" / "world-000-chunk-00001.h5").unlink()
+        kept = store.read("world-000-chunk-00000")
+        assert kept is not None
+        each = sum(array[0].nbytes for array in kept.values())
+        usage = type("Usage", (), {"free": (5 + 10) * each - 1})  # five settings to do, ten in the results
+        monkeypatch.setattr(engine.shutil, "disk_usage", lambda _: usage)
+        with pytest.raises(StorageError, match="are needed in"):
+            run_sweep(problem(), grid(), store, 5, stream=io.StringIO())
+        usage.free += 1
+        assert run_sweep(problem(), grid(), store, 5, stream=io.StringIO()).computed == 5

@@ -60,6 +60,8 @@ def test_arrows_point_away_and_are_not_longer_than_their_step(slices) -> None:
 def test_contour_lines_are_round_and_few() -> None:
     np.testing.assert_allclose(contour_levels(0.21), 0.02 * np.arange(1, 11))
     np.testing.assert_allclose(contour_levels(2.1), 0.2 * np.arange(1, 11))
+    np.testing.assert_allclose(contour_levels(0.12), 0.01 * np.arange(1, 13))
+    np.testing.assert_allclose(contour_levels(0.13), 0.02 * np.arange(1, 7))  # thirteen would be too many
     assert len(contour_levels(0.001)) == 1 and len(contour_levels(50.0)) == 10
     for highest in (61.0, 777.0, 1e5, 3e30):
         levels = contour_levels(highest)

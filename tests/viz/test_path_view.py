@@ -98,6 +98,8 @@ def test_plan_shows_what_exists_and_nothing_else() -> None:
     bodies = [p for p in axes.patches if isinstance(p, Polygon)]
     assert len(bodies) == 2  # one capsule at two times; the other has a negative radius
     assert bodies[0].get_alpha() < bodies[1].get_alpha()
+    for body, pose in zip(bodies, PERSON_POSES.a[:, 0], strict=True):  # upright: a circle of its radius
+        np.testing.assert_allclose(np.linalg.norm(body.get_xy() - pose[:2], axis=1), 0.2)
     np.testing.assert_array_equal(axes.lines[0].get_xydata(), PATH.points[:, :2])
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) == ("x [m]", "y [m]", "toy")
     texts = [text.get_text() for text in axes.get_legend().get_texts()]
@@ -110,6 +112,11 @@ def test_window_holds_paths_and_obstacles_but_not_all_of_the_person() -> None:
     low, high = _window([PATH], OBSTACLES, START, GOAL, None)
     np.testing.assert_allclose(low, [0.1 - 0.12, 0.17 - 0.12, 0.0])
     np.testing.assert_allclose(high, [0.82, 0.82, 0.52])
+    across = PERSON_POSES._replace(a=-PERSON_POSES.a, b=-PERSON_POSES.b)
+    beneath, _ = _window([PATH], OBSTACLES, START, GOAL, across)
+    np.testing.assert_allclose(beneath, [0.1 - 0.12 - 0.35, 0.17 - 0.12 - 0.35, 0.0])
+    near = PERSON_POSES._replace(a=0.0 * PERSON_POSES.a + 0.1, b=0.0 * PERSON_POSES.b + 0.1)
+    np.testing.assert_allclose(_window([PATH], OBSTACLES, START, GOAL, near)[0], [-0.02, -0.02, 0.0])
     _, wide = _window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
     np.testing.assert_allclose(wide, [0.82 + 0.35, 0.82 + 0.3, 0.52 + 0.5])
 
