@@ -16,6 +16,7 @@ from hrcjax.safety import (
     TOO_CLOSE,
     WAITING,
     YELLOW,
+    ClockParams,
     SafetyParams,
     SsmParams,
     ZoneParams,
@@ -149,7 +150,7 @@ def test_the_robot_has_stopped_before_the_person_arrives(dtype: jnp.dtype) -> No
             clock, zone, seen = carry
             true = jnp.asarray(4.0, dtype) - 1.6 * dt * k.astype(dtype) - clock.s
             zone, decision = monitor(params, zone, seen[:1], jnp.ones(1, dtype), 0.1, jnp.asarray(dt, dtype))
-            clock = advance(params.clock, clock, decision.speed_limit, jnp.asarray(9.0, dtype), jnp.asarray(dt, dtype))
+            clock = advance(ClockParams(), clock, decision.speed_limit, jnp.asarray(9.0, dtype), jnp.asarray(dt, dtype))
             seen = jnp.concatenate([seen[1:], true[None]])
             return (clock, zone, seen), jnp.where(clock.v > 1e-3, true, jnp.inf)
 
