@@ -1,19 +1,21 @@
 """What is stored of a world, who is in it, and which settings it takes."""
 
 import dataclasses
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.cells import CELLS, make_cell
+from hrcjax.cells import CELLS, make_cell, worlds
 from hrcjax.cells.people import PERSON_RATE, make_people, make_person
 from hrcjax.cells.problem import build_problem
 from hrcjax.cells.worlds import DESCRIBED, describe
 from hrcjax.geom.cloud import Cloud
 from hrcjax.lab.errors import UsageError
 from hrcjax.robot import load_arm
+from hrcjax.sense import cell_camera
 from hrcjax.sim import Frames, World
 from hrcjax.sweeps.settings import make_settings
 from hrcjax.world import scene_named
@@ -39,6 +41,20 @@ def test_what_is_stored_of_a_world_is_the_world() -> None:
         np.testing.assert_array_equal(kept[f"obstacle_{name}"], getattr(scene, name))
     for name in ("a", "b", "radius"):
         np.testing.assert_array_equal(kept[f"person_{name}"], getattr(person, name))
+
+
+def test_a_world_is_sensed_with_its_own_scene_people_camera_and_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worlds, "make_world", lambda *arguments: arguments)
+    cell = replace(make_cell(), ticks=250, people=2)
+    got, scene, person, camera, key = worlds.build_world(cell, "clutter", "reach_in", 3)  # pyright: ignore[reportGeneralTypeIssues]
+    assert got is cell
+    np.testing.assert_array_equal(scene.center, scene_named("clutter", 3).center)
+    assert person.a.shape[0] == round(250 * 0.008 * PERSON_RATE) + 1, "as long as the episode"
+    expected = make_people("reach_in", scene, 3, 2.0, 2)
+    np.testing.assert_array_equal(person.a, expected.a)
+    np.testing.assert_array_equal(person.radius, expected.radius)
+    np.testing.assert_array_equal(camera.position, cell_camera(scene).position)
+    np.testing.assert_array_equal(jax.random.key_data(key), jax.random.key_data(jax.random.key(3)))
 
 
 def test_several_people_have_seeds_of_their_own_and_the_first_the_world_s() -> None:

@@ -102,6 +102,8 @@ def test_plan_shows_what_exists_and_nothing_else() -> None:
         np.testing.assert_allclose(np.linalg.norm(body.get_xy() - pose[:2], axis=1), 0.2)
     np.testing.assert_array_equal(axes.lines[0].get_xydata(), PATH.points[:, :2])
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) == ("x [m]", "y [m]", "toy")
+    at = {line.get_label(): line.get_xydata()[0].tolist() for line in axes.lines}
+    assert at["start"] == START[:2].tolist() and at["goal"] == GOAL[:2].tolist()
     texts = [text.get_text() for text in axes.get_legend().get_texts()]
     assert texts == ["person at 0.0, 2.0 s", "obstacle", "tool", "start", "goal"]
     assert axes.get_aspect() == 1.0
