@@ -3,7 +3,6 @@
 import ctypes
 import gc
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -30,8 +29,9 @@ def forget_programs() -> Iterator[None]:
     yield
     jax.clear_caches()
     gc.collect()
-    if sys.platform == "linux":
-        ctypes.CDLL(None).malloc_trim(0)  # what was freed goes back to the system
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "malloc_trim"):  # glibc: what was freed goes back to the system
+        libc.malloc_trim(0)
 
 
 @pytest.fixture(params=["float32", "float64"])
