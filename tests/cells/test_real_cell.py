@@ -128,6 +128,8 @@ def test_recordings_are_described(shared_data: Path) -> None:
     )
     assert len(good) == 2 and "lengths in mm, y up" in good[0] and "the first 10 s of" in good[1]
     assert len(bad) == 3 and "the recording jumps" in bad[2]
+    short = recording_notes(str(folder / "ObjectInspection_2.bvh"), 100.0)
+    assert "s long; the last pose is held to 100 s" in short[1]
 
 
 def test_no_parameter_may_be_negative() -> None:

@@ -11,12 +11,14 @@ import pytest
 from hrcjax.cells import CELLS, make_cell, worlds
 from hrcjax.cells.people import PERSON_RATE, make_people, make_person
 from hrcjax.cells.problem import build_problem
+from hrcjax.cells.results import BROKEN
 from hrcjax.cells.worlds import DESCRIBED, describe
 from hrcjax.geom.cloud import Cloud
 from hrcjax.lab.errors import UsageError
 from hrcjax.robot import load_arm
 from hrcjax.sense import cell_camera
 from hrcjax.sim import Frames, World
+from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE, TORQUE_LIMITED
 from hrcjax.sweeps.settings import make_settings
 from hrcjax.world import scene_named
 
@@ -62,6 +64,7 @@ def test_several_people_have_seeds_of_their_own_and_the_first_the_world_s() -> N
     both = make_people("reach_in+reach_in", scene, 5, 2.0, 3)
     alone = [make_person("reach_in", scene, seed, 2.0) for seed in (5, 1005)]
     count = alone[0].radius.shape[0]
+    assert both.a.shape[1] == both.radius.shape[0] == 3 * count
     for k, person in enumerate(alone):
         part = slice(k * count, (k + 1) * count)
         np.testing.assert_array_equal(both.a[:, part], person.a)
@@ -91,6 +94,19 @@ def test_coordinates_fit_what_is_stored(problem) -> None:
     np.testing.assert_allclose(times, np.arange(0, cell.ticks, cell.metric_stride) * cell.dt)
     assert [labels["seed"] for labels, _ in problem.worlds] == [0, 3, 0, 3]
     assert [labels["person"] for labels, _ in problem.worlds] == ["reach_in"] * 2 + ["nobody"] * 2
+
+
+@pytest.mark.parametrize("backend", ["folded", "mjx"])
+def test_the_backend_is_the_one_asked_for(backend: str) -> None:
+    asked = build_problem(("robotica",), ("nobody",), (0,), backend)
+    assert asked.evaluate.args[0].cell.backend == backend  # pyright: ignore[reportFunctionMemberAccess]
+    assert backend in str(asked.identity)
+
+
+def test_what_makes_a_result_worthless() -> None:
+    """Numbers that are not finite do; a torque at its limit does not."""
+    assert BROKEN & NOT_FINITE_COMMAND and BROKEN & NOT_FINITE_TORQUE and not BROKEN & TORQUE_LIMITED
+    assert 0 not in (NOT_FINITE_COMMAND, NOT_FINITE_TORQUE, TORQUE_LIMITED)
 
 
 def test_a_cell_has_places_for_the_largest_company(problem) -> None:

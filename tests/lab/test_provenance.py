@@ -6,6 +6,9 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import jax
+import mujoco
+import numpy as np
 import pytest
 
 from hrcjax.lab.provenance import (
@@ -99,6 +102,9 @@ def test_code_digest_of_this_package_depends_on_its_numerics_alone(tmp_path: Pat
 def test_fingerprint_ignores_the_order_of_keys_alone() -> None:
     assert fingerprint({"a": 1, "b": [1, 2]}) == fingerprint({"b": [1, 2], "a": 1})
     assert fingerprint({"a": [1, 2]}) != fingerprint({"a": [2, 1]})
+    assert (
+        fingerprint({"b": 1, "a": 2}) == "21501dbaf73f5223934d22283f01caff4132bc1de4a9550c1ed0dffeb397a323"
+    )  # of {"a": 2, "b": 1}
 
 
 def test_file_digest_is_sha256(tmp_path: Path) -> None:
@@ -131,4 +137,5 @@ def test_versions_and_origin() -> None:
     found = versions()
     for name in ("python", "jax", "jaxlib", "mujoco", "mujoco-mjx", "equinox", "numpy", "scipy"):
         assert found[name][0].isdigit(), name  # a misspelt one would read "not installed"
+    assert (found["jax"], found["numpy"], found["mujoco"]) == (jax.__version__, np.__version__, mujoco.__version__)
     assert {"commit", "created", "command", "versions", "platform"} == set(provenance())

@@ -191,3 +191,16 @@ def test_space_is_asked_for_what_is_still_to_do_and_the_results(
             run_sweep(problem(), grid(), store, 5, stream=io.StringIO())
         usage.free += 1
         assert run_sweep(problem(), grid(), store, 5, stream=io.StringIO()).computed == 5
+
+
+def test_every_world_is_described_under_its_own_name(tmp_path: Path) -> None:
+    cell = problem(("robotica", "hri"))
+    assert cell.describe is not None
+    with open_store(tmp_path, "f", {"identity": {}}) as store:
+        run_sweep(cell, grid(), store, 10, stream=io.StringIO())
+        for w, (_, build) in enumerate(cell.worlds):
+            kept = store.read(f"world-{w:03d}-about")
+            assert kept is not None
+            for name, array in cell.describe(build()).items():
+                np.testing.assert_array_equal(kept[name], array)
+        assert kept["goal"].tolist() != cell.describe(cell.worlds[0][1]())["goal"].tolist()

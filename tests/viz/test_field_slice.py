@@ -47,6 +47,15 @@ def test_colours_axes_and_units(slices) -> None:
     figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
 
 
+def test_colours_end_where_nearly_all_distances_do(slices) -> None:
+    everything = np.concatenate([part.distance.ravel() for part in slices])
+    for given, highest in ((None, np.quantile(everything, 0.98)), (0.3, 0.3)):
+        _, views = field_slices(slices, highest=given)
+        for axes in views:
+            (mesh,) = (part for part in axes.collections if isinstance(part, QuadMesh))
+            np.testing.assert_allclose(mesh.get_clim(), (0.0, highest))
+
+
 def test_arrows_point_away_and_are_not_longer_than_their_step(slices) -> None:
     _, views = field_slices(slices)
     for axes, part in zip(views, slices, strict=True):

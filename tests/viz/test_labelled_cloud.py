@@ -20,6 +20,7 @@ def test_views_and_colours() -> None:
         views, ((0, 1), (0, 2), (1, 2)), (POINTS[:, 2], -POINTS[:, 1], POINTS[:, 0]), strict=True
     ):
         others, dynamic = axes.collections
+        assert dynamic.get_sizes()[0] == 2 * others.get_sizes()[0], "what moves stands out"
         order = [i for i in np.argsort(towards) if KINDS[i] != DYNAMIC]
         np.testing.assert_allclose(others.get_offsets(), POINTS[order][:, [right, up]])
         np.testing.assert_allclose(dynamic.get_offsets(), POINTS[[2]][:, [right, up]])
