@@ -1,0 +1,60 @@
+"""What one image says of voxels: which of them it sees through."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.presence.params import PresenceParams
+from hrcjax.presence.voxels import VoxelLayout, centres
+from hrcjax.sense import Camera
+from hrcjax.typing import Array, Bool, Float, Int
+
+NEAREST = 0.05
+"""Depth under which a voxel is not looked at [m]."""
+
+
+class Sight(eqx.Module):
+    """Where the voxels appear in a camera's image."""
+
+    pixel: Int[Array, "*camera voxel"]
+    """Pixel of the voxel's middle, row by row; -1: outside the image."""
+    depth: Float[Array, "*camera voxel"]
+    """Depth of the voxel's middle along the optical axis [m]."""
+
+
+def sight_of(layout: VoxelLayout, camera: Camera) -> Sight:
+    """The voxels in the image of one camera."""
+    x = centres(layout, camera.position.dtype) - camera.position
+    R = camera.rotation
+    a, b, z = (x[:, 0] * R[0, j] + x[:, 1] * R[1, j] + x[:, 2] * R[2, j] for j in range(3))
+    safe = jnp.where(z > NEAREST, z, 1.0)
+    u = jnp.floor(camera.fx * a / safe + camera.cx + 0.5).astype(jnp.int32)
+    v = jnp.floor(camera.fy * b / safe + camera.cy + 0.5).astype(jnp.int32)
+    inside = (z > NEAREST) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+    return Sight(jnp.where(inside, v * camera.width + u, -1), z)
+
+
+def least_around(image: Float[Array, "height width"]) -> Float[Array, "height width"]:
+    """The least value of each pixel and its eight neighbours. 0, no measurement, counts as the least."""
+    padded = jnp.pad(image, 1, mode="edge")
+    rows = jnp.minimum(jnp.minimum(padded[:-2], padded[1:-1]), padded[2:])
+    return jnp.minimum(jnp.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+
+
+def seen_free(
+    layout: VoxelLayout, params: PresenceParams, sight: Sight, depth: Float[Array, "height width"]
+) -> Bool[Array, "voxel"]:
+    """True where the image sees through a voxel: all measured pixels about its middle lie behind it.
+
+    Args:
+        depth: 0: no measurement, which sees through nothing [m].
+    """
+    seen = least_around(depth).reshape(-1)
+    far = seen[jnp.maximum(sight.pixel, 0)]
+    beyond = sight.depth + 0.5 * layout.edge + params.deviations * params.pixel_noise * sight.depth**2
+    return (sight.pixel >= 0) & (far > beyond)
+
+
+def all_sights(layout: VoxelLayout, cameras: Camera) -> Sight:
+    """Of several cameras, stacked."""
+    return jax.vmap(lambda one: sight_of(layout, one))(cameras)
