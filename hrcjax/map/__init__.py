@@ -10,6 +10,7 @@ from hrcjax.map.level import Level
 from hrcjax.map.nearest import nearest_points
 from hrcjax.map.params import MapParams
 from hrcjax.map.query import map_distance, map_distance_and_gradient
+from hrcjax.map.sampled import sample_map
 from hrcjax.map.search import local_field
 from hrcjax.map.settle import settle
 from hrcjax.map.solve import exact_distance_and_gradient, exact_field
@@ -27,5 +28,5 @@ __all__ = [
     "describe_frame", "describe_surface", "distance_and_deviation", "distance_bound", "empty_map",
     "exact_distance_and_gradient", "exact_field", "fit_surface", "fuse", "initial_stream", "labelled_points", "local_field", "make_view",
     "map_distance", "map_distance_and_gradient", "map_distances_and_gradients", "map_points", "map_surface",
-    "nearest_points", "settle", "surface_view", "take_cloud", "take_frame", "tiles_along", "view_from_cloud",
+    "nearest_points", "sample_map", "settle", "surface_view", "take_cloud", "take_frame", "tiles_along", "view_from_cloud",
 ]  # fmt: skip
