@@ -7,13 +7,14 @@ distance has a kink at surfaces and midway between them, where it is rounded wit
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.numerics import require_floating, safe_norm, unit
+from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Float, Vector3
 
 LEAST_NODES = 4
@@ -106,21 +107,40 @@ def _mixed(c: Array, weight: list[Array]) -> Array:
     return c[0] * weight[0] + c[1] * weight[1] + c[2] * weight[2] + c[3] * weight[3]
 
 
-def _located(field: GridField, x: Vector3) -> tuple[Vector3, Float[Array, "4 4 4"], Vector3]:
-    """The nearest place in the grid [m], the coefficients of its cell [m], and its position in the cell [1]."""
+class _Cell(NamedTuple):
+    """The cell that a query reads, axis by axis: scalars, which `vmap` turns into vectors."""
+
+    coefficients: Float[Array, "4 4 4"]
+    """Of the B-splines that are not 0 in the cell [m]."""
+    t: list[Array]
+    """Position in the cell [1]."""
+    way: list[Array]
+    """From the nearest place in the grid to the query [m]."""
+
+
+def _cell_at(field: GridField, x: Vector3) -> _Cell:
+    """The cell of the nearest place in the grid."""
     layout = field.layout
-    low, high = (jnp.asarray(v, x.dtype) for v in (layout.lower, layout.upper))
-    x = x * jnp.where(jnp.isfinite(x), 1.0, jnp.nan)  # infinitely far must not read as free space
-    place = jnp.where(x < low, low, jnp.where(x > high, high, x))  # unlike clip: at the border its derivative is 1
-    u = (place - low) / layout.spacing
-    last = jnp.asarray(layout.shape, jnp.int32) - 2
-    cell = jnp.clip(jax.lax.stop_gradient(u).astype(jnp.int32), 0, last)
-    near = jax.lax.dynamic_slice(field.coefficients, [cell[a] for a in range(3)], (4, 4, 4))
-    return place, near, u - cell.astype(x.dtype)
+    cell, t, way = [], [], []
+    for a, (low, high, nodes) in enumerate(zip(layout.lower, layout.upper, layout.shape, strict=True)):
+        place = jnp.where(x[a] < low, low, jnp.where(x[a] > high, high, x[a]))  # its derivative at the border is 1
+        u = (place - low) / layout.spacing
+        index = jnp.clip(jax.lax.stop_gradient(u).astype(jnp.int32), 0, nodes - 2)
+        cell.append(index)
+        t.append(u - index.astype(x.dtype))
+        way.append(x[a] - place)
+    return _Cell(jax.lax.dynamic_slice(field.coefficients, cell, (4, 4, 4)), t, way)
+
+
+def _length(way: list[Array]) -> tuple[Array, Array]:
+    """Length of a way [m] and its inverse [1/m]; 0 and 1 where it is 0, not a number and 0 where it is infinite."""
+    square = way[0] ** 2 + way[1] ** 2 + way[2] ** 2
+    inverse = 1.0 / jnp.sqrt(jnp.where(square > 0, square, 1.0))
+    return square * inverse, inverse
 
 
 def grid_distance(field: GridField, x: Vector3) -> Float[Array, ""]:
-    """The distance at x [m]. NaN at a query that is not finite.
+    """The distance at x [m]. NaN at a query that is not finite: it must not read as free space.
 
     Outside the grid the distance at the nearest place in it and the way there are added: continuous, with a kink at the
     border, and too far rather than too near.
@@ -129,10 +149,10 @@ def grid_distance(field: GridField, x: Vector3) -> Float[Array, ""]:
         ValueError: x is of integers.
     """
     require_floating("grid_distance", x=x)
-    place, near, t = _located(field, x)
-    for a in range(3):
-        near = _mixed(near, _basis(t[a])[0])
-    return near + safe_norm(x - place)
+    near, t, way = _cell_at(field, x)
+    for share in t:
+        near = _mixed(near, _basis(share)[0])
+    return near + _length(way)[0]
 
 
 def grid_distance_and_gradient(field: GridField, x: Vector3) -> tuple[Float[Array, ""], Vector3]:
@@ -142,11 +162,12 @@ def grid_distance_and_gradient(field: GridField, x: Vector3) -> tuple[Float[Arra
         ValueError: x is of integers.
     """
     require_floating("grid_distance_and_gradient", x=x)
-    place, near, t = _located(field, x)
-    (wx, dx), (wy, dy), (wz, dz) = (_basis(t[a]) for a in range(3))
+    near, t, way = _cell_at(field, x)
+    (wx, dx), (wy, dy), (wz, dz) = (_basis(share) for share in t)
     plane = _mixed(near, wx)
     line = _mixed(plane, wy)
     slopes = _mixed(_mixed(_mixed(near, dx), wy), wz), _mixed(_mixed(plane, dy), wz), _mixed(line, dz)
-    way = x - place
-    g = jnp.where(way == 0, jnp.stack(slopes) / field.layout.spacing, 0.0) + unit(way)
-    return _mixed(line, wz) + safe_norm(way), g
+    length, inverse = _length(way)
+    out = length * inverse**2  # the inverse again, but 0 inside
+    g = [jnp.where(v == 0, slope / field.layout.spacing, 0.0) + v * out for v, slope in zip(way, slopes, strict=True)]
+    return _mixed(line, wz) + length, jnp.stack(g)
