@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray, UInt
 
 Scalar = Float[ArrayLike, ""]
 Vector3 = Float[Array, "3"]
@@ -15,6 +15,6 @@ DistanceFn = Callable[[Vector3], Float[Array, ""]]
 """A field of distance: point [m] -> distance [m]. All that policies, planners and safety know of perception."""
 
 __all__ = [
-    "Array", "ArrayLike", "Bool", "DistanceFn", "Float", "Int", "Joints", "Mask", "Matrix3", "PRNGKeyArray", "Points",
+    "Array", "ArrayLike", "Bool", "DistanceFn", "Float", "Int", "Joints", "Mask", "Matrix3", "PRNGKeyArray", "Points", "UInt",
     "Scalar", "Vector3",
 ]  # fmt: skip

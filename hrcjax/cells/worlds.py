@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.cells.people import make_people
-from hrcjax.sense import cell_camera
+from hrcjax.sense.rig import cell_rig
 from hrcjax.sim import Cell, World, make_world
 from hrcjax.sweeps.sweepable import Trace
 from hrcjax.world import scene_named
@@ -47,4 +47,4 @@ def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> Wor
     """One scene with one person or more, sensed."""
     scene = scene_named(scene_name, seed)
     person = make_people(person_name, scene, seed, cell.ticks * cell.dt, cell.people)
-    return make_world(cell, scene, person, cell_camera(scene), jax.random.key(seed))
+    return make_world(cell, scene, person, cell_rig(scene), jax.random.key(seed))

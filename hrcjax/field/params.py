@@ -13,6 +13,7 @@ class FieldParams(eqx.Module):
     the true distance of convex bodies (see `convex_bias`) [m]."""
     noise: Scalar = 0.01
     """Standard deviation of the noise of the occupancy, whose training target is 1 [1]."""
-    person_radius: Scalar = 0.05
-    """Smallest radius of a limb whose distance must not be over-estimated, by `lower_bound`: convex bodies read too far
-    [m]."""
+    spread: Scalar = 0.03
+    """How far a surface may reach beyond the points that sample it: points of 5 cm voxels stand at their means [m]."""
+    person_noise: Scalar = 0.02
+    """And how far the points themselves may lie behind the surface: twice the noise of a depth camera 1.6 m away [m]."""

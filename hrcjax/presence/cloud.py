@@ -8,8 +8,8 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.track import Empty, Track, beside, live_cameras, measured
-from hrcjax.presence.voxels import VoxelLayout, centres, within
+from hrcjax.presence.track import BODY, Empty, Track, live_cameras, union
+from hrcjax.presence.voxels import VoxelLayout, centres, count_voxels, grow, unpack_columns, within
 from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float
 
@@ -45,19 +45,19 @@ def presence_cloud(
     """
     dtype = track.time.dtype
     live = live_cameras(params, track, track.time, period)
-    people = measured(track, live)
-    clear = jnp.any(track.free & live[:, None], axis=0)
-    behind = beside(layout, people) & ~clear & empty.watched
+    people = union(track.occupied, live)
+    behind = grow(layout, people, BODY) & ~union(track.free, live) & empty.watched
     hidden = behind | track.lost
     shell = hidden & ~within(layout, hidden | people) & ~people
+    wanted = people | shell
 
-    sums = jnp.sum(jnp.where(live[:, None, None], track.sums, 0.0), axis=0)
-    chosen = jnp.nonzero(people | shell, size=CANDIDATES, fill_value=layout.count)[0]
+    chosen = jnp.nonzero(unpack_columns(layout, wanted), size=CANDIDATES, fill_value=layout.count)[0]
     there = chosen < layout.count
-    row = sums.at[chosen].get(mode="fill", fill_value=0)
+    rows = track.sums.at[:, chosen].get(mode="fill", fill_value=0)
+    row = jnp.sum(jnp.where(live[:, None, None], rows, 0.0), axis=0)
     middle = centres(layout, dtype).at[chosen].get(mode="fill", fill_value=0)
     mean = row[:, 1:] / jnp.maximum(row[:, :1], 1.0)
-    occupied = row[:, 0] > 0
+    occupied = unpack_columns(layout, people).at[chosen].get(mode="fill", fill_value=False)
     points = jnp.where(occupied[:, None], mean, middle)
     # the robot's own space holds nobody
     there = there & (occupied | remove_body(Cloud(points, there), robot, 1.0, 0.0).mask)
@@ -65,6 +65,6 @@ def presence_cloud(
     negative, best = jax.lax.top_k(-square, min(capacity + 1, CANDIDATES))
     mask = jnp.isfinite(negative[:capacity])
     kept = jnp.where(mask[:, None], points[best[:capacity]], 0.0)
-    over = jnp.sum(people | shell) > CANDIDATES
+    over = count_voxels(wanted) > CANDIDATES
     beyond = jnp.where(over, 0.0, jnp.sqrt(jnp.where(jnp.isfinite(negative[-1]), -negative[-1], FAR * FAR)))
-    return Presence(Cloud(kept, mask), beyond.astype(dtype), jnp.any(track.lost))
+    return Presence(Cloud(kept, mask), beyond.astype(dtype), jnp.any(track.lost != 0))

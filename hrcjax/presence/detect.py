@@ -6,18 +6,18 @@ import jax.numpy as jnp
 
 from hrcjax.presence.background import foreground
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.voxels import VoxelLayout, grow, voxel_of
+from hrcjax.presence.voxels import Columns, VoxelLayout, grow, pack_columns, voxel_of
 from hrcjax.sense import Camera
 from hrcjax.sense.points import deproject, supported
-from hrcjax.typing import Array, Bool, Float, Vector3
+from hrcjax.typing import Array, Float, Vector3
 
 
 class Found(NamedTuple):
     """What one image shows of people."""
 
     sums: Float[Array, "voxel 4"]
-    """Of every occupied voxel the number of its points and the sum of their positions [1], [m]."""
-    occupied: Bool[Array, "voxel"]
+    """Of every voxel the number of its points and the sum of their positions [1], [m]."""
+    occupied: Columns
     """Voxels with enough of these, or some beside where somebody was a moment ago."""
 
 
@@ -29,7 +29,7 @@ def find_people(
     settled: Float[Array, "height width"],
     robot: Float[Array, "height width"],
     box: tuple[Vector3, Vector3],
-    before: Bool[Array, "voxel"],
+    before: Columns,
 ) -> Found:
     """The foreground of an image in voxels.
 
@@ -48,5 +48,6 @@ def find_people(
     rows = jnp.concatenate([jnp.ones_like(cloud.points[:, :1]), cloud.points], axis=1)
     sums = jnp.zeros((layout.count, 4), depth.dtype).at[voxel].add(rows, mode="drop")
     count = sums[:, 0]
-    occupied = (count >= params.least_pixels) | ((count > 0) & grow(layout, before))
-    return Found(jnp.where(occupied[:, None], sums, 0.0), occupied)
+    enough = pack_columns(layout, count >= params.least_pixels)
+    occupied = enough | (pack_columns(layout, count > 0) & grow(layout, before))
+    return Found(sums, occupied)

@@ -5,9 +5,9 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.voxels import VoxelLayout, centres
+from hrcjax.presence.voxels import Columns, VoxelLayout, centres, pack_columns
 from hrcjax.sense import Camera
-from hrcjax.typing import Array, Bool, Float, Int
+from hrcjax.typing import Array, Float, Int
 
 NEAREST = 0.05
 """Depth under which a voxel is not looked at [m]."""
@@ -43,8 +43,8 @@ def least_around(image: Float[Array, "height width"]) -> Float[Array, "height wi
 
 def seen_free(
     layout: VoxelLayout, params: PresenceParams, sight: Sight, depth: Float[Array, "height width"]
-) -> Bool[Array, "voxel"]:
-    """True where the image sees through a voxel: all measured pixels about its middle lie behind it.
+) -> Columns:
+    """The voxels that an image sees through: all measured pixels about its middle lie behind it.
 
     Args:
         depth: 0: no measurement, which sees through nothing [m].
@@ -52,7 +52,7 @@ def seen_free(
     seen = least_around(depth).reshape(-1)
     far = seen[jnp.maximum(sight.pixel, 0)]
     beyond = sight.depth + 0.5 * layout.edge + params.deviations * params.pixel_noise * sight.depth**2
-    return (sight.pixel >= 0) & (far > beyond)
+    return pack_columns(layout, (sight.pixel >= 0) & (far > beyond))
 
 
 def all_sights(layout: VoxelLayout, cameras: Camera) -> Sight:

@@ -12,9 +12,9 @@ import jax.numpy as jnp
 from hrcjax.presence.detect import find_people
 from hrcjax.presence.params import PresenceParams
 from hrcjax.presence.sight import Sight, seen_free
-from hrcjax.presence.voxels import VoxelLayout, grow
+from hrcjax.presence.voxels import Columns, VoxelLayout, all_voxels, count_voxels, grow
 from hrcjax.sense import Camera
-from hrcjax.typing import Array, Bool, Float, Int, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, UInt, Vector3
 
 BODY = 2
 """Voxels by which a body is taken to reach behind and beside its measured surface, where no camera sees that it does not."""
@@ -31,9 +31,9 @@ class Empty(eqx.Module):
     """Depth of the empty cell; 0: not known [m]."""
     sight: Sight
     """Where the voxels appear in each image."""
-    watched: Bool[Array, "voxel"]
+    watched: Columns
     """Free when the cell was empty, and seen so by a stationary camera."""
-    outside: Bool[Array, "voxel"]
+    outside: Columns
     """Not watched, and joined to the sides of the box: people come from there."""
 
 
@@ -45,10 +45,12 @@ class Track(eqx.Module):
     time: Float[Array, ""]
     """Exposure of the last image, good or not [s]."""
     sums: Float[Array, "camera voxel 4"]
-    """Points of each camera's last good image, see `Found`."""
-    free: Bool[Array, "camera voxel"]
+    """Points of each camera's last good image, by voxel; see `Found`."""
+    occupied: UInt[Array, "camera x y"]
+    """Voxels in which it showed somebody."""
+    free: UInt[Array, "camera x y"]
     """Voxels that each camera's last good image saw through."""
-    lost: Bool[Array, "voxel"]
+    lost: Columns
     """Hidden voxels in which somebody may be who was measured before."""
     growth: Float[Array, ""]
     """Way that hidden space has yet to grow [m]."""
@@ -60,21 +62,24 @@ def survey_empty(
     layout: VoxelLayout, params: PresenceParams, settled: Float[Array, "camera height width"], sight: Sight
 ) -> Empty:
     """What the stationary cameras watch, from their settled pictures of the empty cell."""
-    watched = jnp.any(jax.vmap(lambda s, d: seen_free(layout, params, s, d))(sight, settled), axis=0)
-    grid = jnp.zeros(layout.shape, bool)
-    for axis in (0, 1):
-        side = jnp.ones_like(jax.lax.slice_in_dim(grid, 0, 1, axis=axis))
-        rest = jnp.zeros_like(jax.lax.slice_in_dim(grid, 0, -2, axis=axis))
-        grid = grid | jnp.concatenate([side, rest, side], axis=axis)
-    sides = grid.reshape(-1)
+    watched = union(jax.vmap(lambda s, d: seen_free(layout, params, s, d))(sight, settled))
+    x, y = (jnp.arange(n, dtype=jnp.int32) for n in layout.shape[:2])
+    side = (x[:, None] == 0) | (x[:, None] == layout.shape[0] - 1) | (y == 0) | (y == layout.shape[1] - 1)
+    sides = jnp.where(side, all_voxels(layout), 0)
 
     def flood(known: tuple[Array, Array]) -> tuple[Array, Array]:
-        more = grow(layout, known[0]) & ~watched
+        more = grow(layout, known[0]) & ~watched & all_voxels(layout)
         return more, jnp.any(more != known[0])
 
     outside, _ = jax.lax.while_loop(lambda known: known[1], flood, (sides & ~watched, jnp.asarray(True)))
     # a person at the border of the box is outside, too
-    return Empty(settled, sight, watched, outside | (sides & watched))
+    return Empty(settled, sight, watched, outside | sides)
+
+
+def union(sets: UInt[Array, "camera x y"], of: Bool[Array, "camera"] | None = None) -> Columns:
+    """Voxels that are in any of some sets."""
+    chosen = sets if of is None else jnp.where(of[:, None, None], sets, 0)
+    return jax.lax.reduce(chosen, jnp.uint32(0), jax.lax.bitwise_or, (0,))
 
 
 def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> Track:
@@ -84,23 +89,12 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         stamp=jnp.full((cameras,), -jnp.inf, dtype),
         time=time,
         sums=jnp.zeros((cameras, layout.count, 4), dtype),
-        free=jnp.zeros((cameras, layout.count), bool),
-        lost=jnp.zeros((layout.count,), bool),
+        occupied=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        lost=jnp.zeros(layout.shape[:2], jnp.uint32),
         growth=jnp.zeros((), dtype),
         missing=jnp.asarray(False),
     )
-
-
-def measured(track: Track, live: Bool[Array, "camera"]) -> Bool[Array, "voxel"]:
-    """Voxels in which a live camera's last image shows somebody."""
-    return jnp.any((track.sums[:, :, 0] > 0) & live[:, None], axis=0)
-
-
-def beside(layout: VoxelLayout, people: Bool[Array, "voxel"]) -> Bool[Array, "voxel"]:
-    """The measured voxels with those `BODY` voxels about them."""
-    for _ in range(BODY):
-        people = grow(layout, people)
-    return people
 
 
 def live_cameras(params: PresenceParams, track: Track, now: Float[Array, ""], period: Array) -> Bool[Array, "camera"]:
@@ -141,7 +135,7 @@ def update_track(
     camera = jax.tree.map(lambda a: a[index], cameras)
     sight = jax.tree.map(lambda a: a[index], empty.sight)
     ever = jnp.isfinite(track.stamp)
-    before = measured(track, ever)
+    before = union(track.occupied, ever)
     found = find_people(layout, params, camera, depth, empty.settled[index], robot, box, before)
     free = seen_free(layout, params, sight, depth)
     stamp = track.stamp.at[index].set(jnp.where(good, exposed, track.stamp[index]))
@@ -149,34 +143,28 @@ def update_track(
         stamp=stamp,
         time=exposed,
         sums=track.sums.at[index].set(jnp.where(good, found.sums, track.sums[index])),
+        occupied=track.occupied.at[index].set(jnp.where(good, found.occupied, track.occupied[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
         growth=track.growth,
         missing=track.missing,
     )
     live = live_cameras(params, after, exposed, period)
-    clear = jnp.any(after.free & live[:, None], axis=0)
-    people = measured(after, live)
     missing = ~jnp.all(live)
-    hidden = empty.watched & ~clear
+    hidden = empty.watched & ~union(after.free, live)
 
     # what was measured and is neither measured nearby now, nor seen through
-    reach = beside(layout, people)
+    reach = grow(layout, union(after.occupied, live), BODY)
     lost = track.lost | (before & ~reach)
     # while a camera is missing, somebody may come in where the others do not look
-    lost = lost | (missing & empty.outside)
-    growth = track.growth + params.speed * jnp.maximum(exposed - track.time, 0.0)
-    for _ in range(MOST_STEPS):
-        step = growth >= layout.edge
-        lost = lost | (step & grow(layout, lost))
-        growth = jnp.where(step, growth - layout.edge, growth)
-    lost = lost & hidden
+    lost = jnp.where(missing, lost | empty.outside, lost)
+    way = track.growth + params.speed * jnp.maximum(exposed - track.time, 0.0)
+    steps = jnp.minimum(jnp.floor(way / layout.edge), MOST_STEPS)
+    lost = jax.lax.fori_loop(0, steps.astype(jnp.int32), lambda _, known: grow(layout, known) & hidden, lost & hidden)
     # hidden pockets that hang together with nobody
-    anchored = lost & (grow(layout, reach) | grow(layout, empty.outside))
-    for _ in range(REACHED):
-        anchored = lost & grow(layout, anchored)
-    large = jnp.sum(lost, dtype=exposed.dtype) > params.whole
-    lost = lost & (anchored | large)
-    return eqx.tree_at(
-        lambda t: (t.lost, t.growth, t.missing), after, (lost, jnp.minimum(growth, layout.edge), missing)
-    )
+    anchors = grow(layout, reach | empty.outside)
+    anchored = jax.lax.fori_loop(0, REACHED, lambda _, known: lost & grow(layout, known), lost & anchors)
+    large = count_voxels(lost).astype(exposed.dtype) > params.whole
+    lost = jnp.where(large, lost, anchored)
+    growth = jnp.minimum(way - steps * layout.edge, layout.edge)
+    return eqx.tree_at(lambda t: (t.lost, t.growth, t.missing), after, (lost, growth, missing))

@@ -5,7 +5,12 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from hrcjax.typing import Array, Bool, Float, Int
+from hrcjax.typing import Array, Bool, Float, Int, UInt
+
+Columns = UInt[Array, "x y"]
+"""A set of voxels: one number a column, bit z for the voxel at height z. Growing and joining work on whole columns."""
+HIGHEST = 32
+"""Voxels of a column, at most."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +23,15 @@ class VoxelLayout:
     """Voxels along x, y and z."""
     edge: float
     """Edge of a voxel [m]."""
+
+    def __post_init__(self) -> None:
+        """Refuses boxes that are too high.
+
+        Raises:
+            ValueError: more than 32 voxels along z, or fewer than 3 along an edge.
+        """
+        if self.shape[2] > HIGHEST or min(self.shape) < 3:
+            raise ValueError(f"{self}: accepted are at least 3 voxels along each edge, and at most {HIGHEST} along z")
 
     @property
     def count(self) -> int:
@@ -46,27 +60,57 @@ def voxel_of(layout: VoxelLayout, points: Float[Array, "*n 3"]) -> Int[Array, "*
     return jnp.where(inside, (i[..., 0] * ny + i[..., 1]) * nz + i[..., 2], layout.count)
 
 
-def grow(layout: VoxelLayout, filled: Bool[Array, "voxel"]) -> Bool[Array, "voxel"]:
-    """The set with all 26 neighbours of its voxels."""
-    grid = filled.reshape(layout.shape)
-    for axis in range(3):
-        before = jax.lax.slice_in_dim(grid, 0, -1, axis=axis)
-        after = jax.lax.slice_in_dim(grid, 1, None, axis=axis)
-        edge = jnp.zeros_like(jax.lax.slice_in_dim(grid, 0, 1, axis=axis))
-        grid = grid | jnp.concatenate([edge, before], axis=axis) | jnp.concatenate([after, edge], axis=axis)
-    return grid.reshape(-1)
+def pack_columns(layout: VoxelLayout, filled: Bool[Array, "voxel"]) -> Columns:
+    """A set of voxels in bits."""
+    bits = filled.reshape(layout.shape).astype(jnp.uint32) << jnp.arange(layout.shape[2], dtype=jnp.uint32)
+    return jnp.sum(bits, axis=-1, dtype=jnp.uint32)
 
 
-def within(layout: VoxelLayout, filled: Bool[Array, "voxel"]) -> Bool[Array, "voxel"]:
+def unpack_columns(layout: VoxelLayout, columns: Columns) -> Bool[Array, "voxel"]:
+    """A set of voxels, one by one."""
+    bits = columns[..., None] >> jnp.arange(layout.shape[2], dtype=jnp.uint32)
+    return ((bits & 1) == 1).reshape(-1)
+
+
+def all_voxels(layout: VoxelLayout) -> Columns:
+    """Every voxel of the box."""
+    return jnp.full(layout.shape[:2], (1 << layout.shape[2]) - 1, jnp.uint32)
+
+
+def count_voxels(columns: Columns) -> Int[Array, ""]:
+    """Number of voxels of a set."""
+    return jnp.sum(jax.lax.population_count(columns), dtype=jnp.uint32).astype(jnp.int32)
+
+
+def _shifted(columns: Columns, axis: int) -> tuple[Columns, Columns]:
+    """The set moved by one voxel up and down along x or y; what leaves the box is lost, nothing enters."""
+    none = jnp.zeros_like(jax.lax.slice_in_dim(columns, 0, 1, axis=axis))
+    before, after = jax.lax.slice_in_dim(columns, 0, -1, axis=axis), jax.lax.slice_in_dim(columns, 1, None, axis=axis)
+    return jnp.concatenate([none, before], axis=axis), jnp.concatenate([after, none], axis=axis)
+
+
+def grow(layout: VoxelLayout, columns: Columns, steps: int = 1) -> Columns:
+    """The set with all voxels within some steps, over corners too."""
+
+    def step(_: int, known: Columns) -> Columns:
+        known = (known | (known << 1) | (known >> 1)) & all_voxels(layout)
+        for axis in (0, 1):
+            up, down = _shifted(known, axis)
+            known = known | up | down
+        return known
+
+    return jax.lax.fori_loop(0, steps, step, columns)  # a loop: unrolled, XLA would compute every step many times
+
+
+def within(layout: VoxelLayout, columns: Columns) -> Columns:
     """The voxels all of whose six neighbours in the box are in the set too."""
-    grid = filled.reshape(layout.shape)
-    inner = grid
-    for axis in range(3):
-        before = jax.lax.slice_in_dim(grid, 0, -1, axis=axis)
-        after = jax.lax.slice_in_dim(grid, 1, None, axis=axis)
-        edge = jnp.ones_like(jax.lax.slice_in_dim(grid, 0, 1, axis=axis))
-        inner = inner & jnp.concatenate([edge, before], axis=axis) & jnp.concatenate([after, edge], axis=axis)
-    return inner.reshape(-1)
+    everything = all_voxels(layout)
+    outside = everything & ~columns
+    beside = (outside << 1) | (outside >> 1)
+    for axis in (0, 1):
+        up, down = _shifted(outside, axis)
+        beside = beside | up | down
+    return columns & ~beside
 
 
 def inside_box(

@@ -8,7 +8,7 @@ from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
-from hrcjax.safety.zones import STOP, ZoneState, update_zone, zone_speed, zone_thresholds
+from hrcjax.safety.zones import STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 OLD_DATA = 1
@@ -58,6 +58,7 @@ def monitor(
     valid: Bool[Array, ""] | bool = True,
     pfl_speed: Scalar | None = None,
     v_h: Scalar | None = None,
+    guarded: Bool[Array, ""] | bool = False,
 ) -> tuple[ZoneState, SafetyDecision]:
     """One tick of the monitor, over the control points of the whole arm.
 
@@ -74,6 +75,7 @@ def monitor(
         valid: whether the sensor vouches for the frame.
         pfl_speed: power-and-force speed of the nearest body region; None: not watched [m/s].
         v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
+        guarded: whether somebody may be where no camera looks: the zone is yellow at best.
     """
     nearest = jnp.min(d)  # NaN if any is
     old = ~(jnp.abs(jnp.asarray(age)) <= params.max_age)
@@ -86,7 +88,7 @@ def monitor(
     invalid = ~jnp.asarray(valid)
     hold = old | ~finite | invalid
 
-    state = update_zone(params, state, nearest, ~hold, dt, head_distance)
+    state = update_zone(params, state, nearest, ~hold, dt, head_distance, YELLOW * jnp.asarray(guarded))
 
     def point_limit(one: Float[Array, ""]) -> Float[Array, ""]:
         person = assumed_human_speed(params.ssm, one) if v_h is None else v_h

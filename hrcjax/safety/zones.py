@@ -85,6 +85,7 @@ def update_zone(
     fresh: Bool[Array, ""] | bool,
     dt: Scalar,
     head_distance: Scalar | None = None,
+    least: Int[Array, ""] | int = 0,
 ) -> ZoneState:
     """The zone one tick later.
 
@@ -96,9 +97,11 @@ def update_zone(
         fresh: whether the data can be trusted; if not: STOP.
         dt: time since the last update [s].
         head_distance: distance robot to head; None: not watched [m].
+        least: the zone is at least this tight.
     """
-    tight = jnp.where(fresh, zone_at(params, d, head_distance), STOP).astype(jnp.int32)
-    loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis), STOP).astype(jnp.int32)
+    tight = jnp.maximum(jnp.where(fresh, zone_at(params, d, head_distance), STOP), least).astype(jnp.int32)
+    loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis), STOP)
+    loose = jnp.maximum(loose, least).astype(jnp.int32)
     relaxing = loose < state.zone
     candidate = jnp.where(relaxing, jnp.maximum(loose, state.candidate), GREEN).astype(jnp.int32)
     waited = jnp.where(relaxing, state.waited + dt, 0.0).astype(state.waited.dtype)

@@ -5,10 +5,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.sense.camera import Camera, cell_camera, d435i
+from hrcjax.sense.camera import Camera, d435i
 from hrcjax.typing import Matrix3, Vector3
+from hrcjax.world.place import path_middle
 from hrcjax.world.scene import Scene
 
+EYE = (1.2, 0.7, 1.5)
+"""Where stationary cameras are: beside the middle of the path, before it, and above the table [m]."""
+TARGET_HEIGHT = 0.3
+"""Height above the table of the place that they look at, over the middle of the path [m]."""
 HAND_OFFSET = 0.08
 """Distance of the camera in the hand from the tool's axis [m]."""
 HAND_BACK = 0.1
@@ -40,10 +45,12 @@ def cell_rig(scene: Scene, cameras: int = 2, rate: float = 15.0, hand: bool = Tr
     """The cameras of the papers' cells: two D435i of 15 Hz each whose views overlap (HRI 2025), and an eye in the hand
     (Robotica 2025, section 4).
 
-    The second camera is the mirror image of the first (`cell_camera`) in the plane across the path's middle.
+    The stationary ones look over the robot's shoulders at the path and at whoever stands behind it: from 1.2 m beside the
+    middle of the path, 0.7 m before it and 1.5 m above the table. Together they see everything in the arm's reach on its
+    working side.
 
     Args:
-        cameras: 1 or 2 stationary ones.
+        cameras: 1 or 2 stationary ones; the first is on the goal's side.
         rate: of each [Hz].
         hand: whether there is one in the hand.
         decimation: of their 640 x 480 pixels every n-th column and row is kept.
@@ -53,18 +60,20 @@ def cell_rig(scene: Scene, cameras: int = 2, rate: float = 15.0, hand: bool = Tr
     """
     if cameras not in (1, 2):
         raise ValueError(f"{cameras} stationary cameras; accepted: 1 or 2")
-    first = cell_camera(scene, decimation)
-    both = [first]
-    if cameras == 2:
-        middle = (scene.start + scene.goal) / 2
-        eye = first.position.at[0].set(2 * middle[0] - first.position[0])
-        both.append(d435i(eye, jnp.stack([middle[0], middle[1], first.position[2] * 0]), decimation))
+    middle = path_middle(scene)
+    dtype = middle.dtype
+    away = jnp.where(scene.goal[0] >= scene.start[0], 1.0, -1.0).astype(dtype)
+    target = jnp.stack([middle[0], middle[1], jnp.asarray(TARGET_HEIGHT, dtype)])
+    aside, before, height = EYE
+    fixed = []
+    for side in (1.0, -1.0)[:cameras]:
+        eye = jnp.stack([middle[0] + side * aside * away, middle[1] - before, jnp.asarray(height, dtype)])
+        fixed.append(d435i(eye, target, decimation))
     mounted = None
     if hand:
-        dtype = first.position.dtype
         place = jnp.asarray([HAND_OFFSET, 0.0, -HAND_BACK], dtype)
-        mounted = Camera(jnp.eye(3, dtype=dtype), place, *(getattr(first, n) for n in ("fx", "fy", "cx", "cy", "width", "height")))
-    return Rig(stack_cameras(both), mounted, (rate,) * cameras)
+        mounted = eqx.tree_at(lambda c: (c.rotation, c.position), fixed[0], (jnp.eye(3, dtype=dtype), place))
+    return Rig(stack_cameras(fixed), mounted, (rate,) * cameras)
 
 
 def hand_camera(hand: Camera, R: Matrix3, p: Vector3) -> Camera:

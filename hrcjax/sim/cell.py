@@ -6,16 +6,22 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.field.grid import GridLayout
 from hrcjax.map import MapLayout
+from hrcjax.presence import CELL_VOXELS, VoxelLayout
 from hrcjax.robot import Arm
 from hrcjax.sim.default_parts import GP_FIELD, POTENTIAL_PLANNER, SEPARATION_MONITOR, rmp_policy
 from hrcjax.sim.parts import FieldPart, PlanFn, PolicyFn, SafetyPart
-from hrcjax.sim.sensing import CELL_LAYOUT, MOVING_CAPACITY, STATIC_CAPACITY, Frames
+from hrcjax.sim.sensing import MOVING_CAPACITY, Frames
+from hrcjax.sim.survey import SCENE_LAYOUT
 from hrcjax.typing import Array, Float, Int, Joints
 from hrcjax.world import Person, Scene
 
 TOOL_REACH = 0.5
 """Distance of the two points that fix the tool's orientation, along its x and y axes (as in the HRI paper's system) [m]."""
+
+ARM_GRID = GridLayout((-1.2, -1.2, -0.1), (97, 97, 57), 0.025)
+"""Everything that a UR5 reaches, at the map's spacing."""
 
 
 class World(eqx.Module):
@@ -56,14 +62,17 @@ class Cell:
     """Ticks between two evaluations of the exact distances for the metrics."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""
-    static_points: int = STATIC_CAPACITY
-    """Capacity of the cloud of static points; if it is exceeded, the arm holds."""
     moving_points: int = MOVING_CAPACITY
-    """Capacity of the cloud of moving points, per person; if it is exceeded, the arm holds."""
+    """Capacity of the cloud of moving points, per person. The points nearest to the robot's base are kept; the others are
+    farther from it, which bounds their distance."""
     people: int = 1
     """Largest number of people in the cell at once."""
-    layout: MapLayout = CELL_LAYOUT
-    """The map's box, spacing and capacities; if a capacity is exceeded, the arm holds."""
+    layout: MapLayout = SCENE_LAYOUT
+    """Box, spacing and capacities of the map of what stands; if a capacity is exceeded, the arm holds."""
+    grid: GridLayout = ARM_GRID
+    """Where the map's distance is sampled for the arm: everything that it can reach."""
+    voxels: VoxelLayout = CELL_VOXELS
+    """Voxels in which people are followed."""
 
     @property
     def control_offsets(self) -> np.ndarray:

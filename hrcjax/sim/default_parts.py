@@ -1,9 +1,14 @@
 """The default parts of a cell: the two papers' planner, field, policy and monitor."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import FieldParams, fit, lower_bound, union_distance_and_gradient
+from hrcjax.field import FAR, FieldParams, GPField, fit
+from hrcjax.field.least import log_least_weight, nearest_bound
+from hrcjax.field.scene_union import scene_and_people
+from hrcjax.geom.cloud import Cloud
+from hrcjax.numerics import safe_norm, unit
 from hrcjax.plan import PathResult, PlanParams, PlanSizes, plan
 from hrcjax.policy import JointLimits, PolicyParams, policy_acceleration
 from hrcjax.safety import (
@@ -28,7 +33,7 @@ from hrcjax.sim.parts import (
     Task,
 )
 from hrcjax.sim.sensing import Frames
-from hrcjax.typing import Joints, Vector3
+from hrcjax.typing import Array, Float, Joints, Vector3
 
 
 def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
@@ -48,19 +53,50 @@ def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
     return potential_plan
 
 
+class People(eqx.Module):
+    """The field of the people in an image, and how far it vouches."""
+
+    field: GPField
+    """Gaussian process of the moving points."""
+    log_least: Float[Array, "*frame"]
+    """Logarithm of its least weight [1]."""
+    beyond: Float[Array, "*frame"]
+    """Whoever has no point in it is farther from the robot's base than this [m]."""
+
+
 def fit_fields(params: FieldParams, frames: Frames) -> Fields:
-    """Gaussian-process distance fields of the static scene and of every frame's moving points (HRI 2025).
+    """The sampled map of the scene, and a Gaussian-process distance field of every image's moving points (HRI 2025).
 
     Depends only on the field's parameters, so that settings with the same ones share the fields.
     """
-    moving = jax.lax.map(jax.checkpoint(lambda cloud: fit(cloud, params)), frames.moving)
-    return Fields(static=fit(frames.static, params), moving=moving)
+
+    def people(seen: tuple[Cloud, Float[Array, ""]]) -> People:
+        cloud, beyond = seen
+        field = fit(cloud, params)
+        return People(field, log_least_weight(field), beyond)
+
+    return Fields(static=frames.scene, moving=jax.lax.map(jax.checkpoint(people), (frames.moving, frames.beyond)))
 
 
 def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
-    """Distances from one exponential per point of the clouds; the person's is corrected for the bias of convex bodies."""
-    d_all, g_all, d_person, g_person = union_distance_and_gradient(fields.static, fields.moving, x)
-    return Reading(d_all, g_all, lower_bound(d_person, params.person_radius, params.length_scale), g_person)
+    """Distances to everything and to people. The latter is a lower bound at the exposure of the image, term by term:
+
+    - the nearest moving point is not nearer than `nearest_bound`: no bias of convex bodies;
+    - the person reaches beyond the points by `spread`, and by `person_noise` of the depth camera;
+    - whoever has no point in the cloud is farther from the base than `People.beyond`.
+
+    What a person moves after the exposure is in S_p, by its reaction time.
+    """
+    people: People = fields.moving
+    both = scene_and_people(fields.static, people.field, x)
+    least = nearest_bound(both.people.log_occupancy, people.log_least, people.field.length_scale)
+    least = jnp.where(both.people.some, least - params.spread - params.person_noise, FAR)
+    away = jnp.where(both.people.some, unit(both.people.offset), 0.0)
+    room = people.beyond - safe_norm(x)
+    nearer = room < least
+    return Reading(
+        both.distance, both.gradient, jnp.where(nearer, room, least), jnp.where(nearer, -unit(x), away)
+    )  # fmt: skip
 
 
 def rmp_policy(
@@ -80,10 +116,11 @@ def separation_monitor(
     d = separation.distance
     slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl))).astype(d.dtype)
     return monitor(
-        params, state, d, separation.approach, separation.age, separation.dt, valid=separation.valid, pfl_speed=slowest_contact
+        params, state, d, separation.approach, separation.age, separation.dt, valid=separation.valid, pfl_speed=slowest_contact,
+        guarded=separation.guarded,
     )  # fmt: skip
 
 
 POTENTIAL_PLANNER = potential_planner()
-GP_FIELD = FieldPart(fit_fields, read_fields, unit_gradients=False)  # its gradient is used as it is
+GP_FIELD = FieldPart(fit_fields, read_fields)
 SEPARATION_MONITOR = SafetyPart(initial_zone, separation_monitor, lambda params: params.ssm)

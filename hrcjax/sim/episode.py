@@ -13,7 +13,7 @@ from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Fields, Task
 from hrcjax.sim.sensing import Frames
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
-from hrcjax.typing import Array, Joints
+from hrcjax.typing import Array, Int, Joints
 
 
 class Episode(eqx.Module):
@@ -45,6 +45,11 @@ def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode
     return Episode(path, record, final)
 
 
+def pack_cameras(reasons: Int[Array, "*time camera"]) -> Int[Array, "*time"]:
+    """The bits of all cameras in one integer, those of camera k times 256^k; of the first three."""
+    return sum((reasons[..., k] << (8 * k) for k in range(min(reasons.shape[-1], 3))), jnp.zeros_like(reasons[..., 0]))
+
+
 def follow(
     params: Params, cell: Cell, curve: PathCurve, frames: Frames, q_start: Joints, fields: Fields
 ) -> tuple[TickState, Record]:
@@ -65,12 +70,16 @@ def follow(
         raise ValueError(
             f"Fields.moving has leaves of {rows.pop()} rows; accepted: one per frame, {frames.stamp.shape}"
         )
-    lost = frames.overflow | frames.static_overflow
+    known = jnp.broadcast_to(~frames.static_overflow, index.shape)
+    # what is wrong with a camera is known as soon as its image is due, though the image itself is not used
+    latest, _ = newest_frame(frames.stamp, jnp.ones_like(frames.valid), exposed)
+    faults = pack_cameras(frames.reasons[latest])
+    guarded = frames.guarded[index] | frames.guarded[latest]
     # The frame of each tick is gathered before the scan: inside, the derivative would touch all frames at every tick.
-    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, ~lost[index])
+    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, known, guarded, faults)
 
-    def one(state: TickState, seen: tuple[Any, Array, Array]) -> tuple[TickState, Record]:
-        moving, age, valid = seen
-        return tick(params, cell, curve, R_goal, q_start, Sensed(Fields(fields.static, moving), age, valid), state)
+    def one(state: TickState, seen: tuple[Any, Array, Array, Array, Array]) -> tuple[TickState, Record]:
+        moving, *rest = seen
+        return tick(params, cell, curve, R_goal, q_start, Sensed(Fields(fields.static, moving), *rest), state)
 
     return jax.lax.scan(jax.checkpoint(one), initial_state(cell, q_start), seen)

@@ -7,7 +7,7 @@ import equinox as eqx
 from hrcjax.field import FieldParams
 from hrcjax.plan import PlanParams
 from hrcjax.policy import CollisionParams, PolicyParams, TargetParams
-from hrcjax.safety import ClockParams, SafetyParams
+from hrcjax.safety import ClockParams, SafetyParams, SsmParams
 
 
 class MotionParams(eqx.Module):
@@ -35,6 +35,12 @@ def following_policy() -> PolicyParams:
     )
 
 
+def sensed_safety() -> SafetyParams:
+    """The safety layer's defaults in this cell, where they differ: the sensed distance is a lower bound that holds the
+    uncertainty of the person's position already, so that Z_d adds nothing to it."""
+    return SafetyParams(ssm=SsmParams(Z_d=0.0))
+
+
 class Params(eqx.Module):
     """All numeric parameters by dotted name, for example `plan.potential.k_att`. Each leaf can be swept.
 
@@ -47,7 +53,7 @@ class Params(eqx.Module):
     """Distance field; by default the Gaussian-process distance field."""
     policy: Any = eqx.field(default_factory=following_policy)
     """Motion policy; by default Riemannian motion policies."""
-    safety: Any = eqx.field(default_factory=SafetyParams)
+    safety: Any = eqx.field(default_factory=sensed_safety)
     """Safety monitor; by default speed and separation monitoring with zones."""
     motion: MotionParams = eqx.field(default_factory=MotionParams)
     """Path following and joint servo."""

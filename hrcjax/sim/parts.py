@@ -143,7 +143,9 @@ class Separation(eqx.Module):
     age: Float[Array, ""]
     """Age of the person data; infinite: there are none [s]."""
     valid: Bool[Array, ""]
-    """False where the frame dropped points for lack of capacity."""
+    """False where the map of the scene exceeded a capacity."""
+    guarded: Bool[Array, ""]
+    """True where a camera is missing, or somebody may be hidden who was measured before: no full speed."""
     dt: Scalar
     """Time since the last tick [s]."""
 

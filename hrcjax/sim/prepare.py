@@ -6,18 +6,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.map import MapLayout
+from hrcjax.field.grid import GridField, fit_grid
+from hrcjax.map import sample_map
+from hrcjax.presence import VoxelLayout
 from hrcjax.robot import Arm, arm_capsules, inverse_kinematics, tool_frame
-from hrcjax.sense import Camera
+from hrcjax.sense import FaultSchedule, no_faults
+from hrcjax.sense.rig import Rig, exposures
 from hrcjax.sim.cell import Cell, World
-from hrcjax.sim.sensing import Frames, SenseParams, sense_sequence
-from hrcjax.typing import Array, Float, Joints, PRNGKeyArray, Vector3
+from hrcjax.sim.scan import scan_postures
+from hrcjax.sim.sensing import Frames, sense_sequence
+from hrcjax.sim.survey import SenseParams, Survey, survey
+from hrcjax.sim.watch import Stage, stage_of
+from hrcjax.typing import Array, Float, Int, Joints, PRNGKeyArray, Vector3
 from hrcjax.world import Person, Scene
 
-FRAME_RATE = 30.0
-"""Frame rate of the camera [Hz]."""
-FRAMES_BEFORE = 3
-"""Frames available at the start of the episode."""
+LEAD = 0.2
+"""Time before the episode from which on the cameras watch: images are there when it starts [s]."""
 POSE_ERROR = (1e-3, 1e-2)
 """Tolerances of position [m] and rotation [rad] for a pose to count as reached."""
 
@@ -44,10 +48,9 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
     return q
 
 
-def frame_stamps(cell: Cell, dtype: jnp.dtype) -> Float[Array, "frame"]:
-    """Stamps of the camera's images: from shortly before the episode to its end [s]."""
-    count = FRAMES_BEFORE + int(np.ceil(cell.ticks * cell.dt * FRAME_RATE))
-    return jnp.asarray((np.arange(count) - FRAMES_BEFORE) / FRAME_RATE, dtype)
+def frame_stamps(cell: Cell, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+    """When the cameras take images, from shortly before the episode to its end [s], and which of them."""
+    return exposures(rig.rates, -LEAD, cell.ticks * cell.dt)
 
 
 def nominal_motion(
@@ -65,39 +68,60 @@ def make_world(
     cell: Cell,
     scene: Scene,
     person: Person,
-    camera: Camera,
+    rig: Rig,
     key: PRNGKeyArray,
     params: SenseParams | None = None,
+    faults: FaultSchedule | None = None,
 ) -> World:
-    """Sense a scene with a person in it, once for all settings.
+    """Sense a scene with a person in it, once for all settings: the set-up, then every image of the episode.
+
+    Args:
+        rig: the cameras.
+        faults: of the stationary cameras; None: they work.
 
     Raises:
         ValueError: start or goal out of the arm's reach.
     """
     params = SenseParams() if params is None else params
     q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
-    stamps = frame_stamps(cell, q_start.dtype)
-    q = nominal_motion(q_start, q_goal, stamps, 0.6 * cell.ticks * cell.dt)
-    sizes = (cell.layout, cell.static_points, cell.moving_points * cell.people)
-    frames = _sense(cell.arm, sizes, camera, scene, person, q, stamps, key, params)
+    survey_key, frame_key = jax.random.split(key)
+    surveyed = survey(
+        cell.arm, cell.layout, cell.voxels, rig, scene, scan_postures(cell.arm, scene, q_start), survey_key, params
+    )  # fmt: skip
+    field = scene_field(cell, params, surveyed)
+    stamps, cameras = frame_stamps(cell, rig)
+    times, cameras = jnp.asarray(stamps, q_start.dtype), jnp.asarray(cameras)
+    q = nominal_motion(q_start, q_goal, times, 0.6 * cell.ticks * cell.dt)
+    stage = stage_for(rig, scene, person, no_faults(rig.count, q.dtype) if faults is None else faults)
+    sizes = (cell.voxels, cell.moving_points * cell.people, cell.latency)
+    frames = _sense(cell.arm, sizes, surveyed, field, stage, q, times, cameras, frame_key, params)
     return World(scene, person, frames, q_start)
+
+
+def scene_field(cell: Cell, params: SenseParams, surveyed: Survey) -> GridField:
+    """The distance field of the set-up's map, sampled for the arm."""
+    return fit_grid(cell.grid, sample_map(cell.layout, surveyed.map, params.frame.map.ratio, cell.grid))
+
+
+stage_for = jax.jit(stage_of)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _sense(
     arm: Arm,
-    sizes: tuple[MapLayout, int, int],
-    camera: Camera,
-    scene: Scene,
-    person: Person,
+    sizes: tuple[VoxelLayout, int, float],
+    surveyed: Survey,
+    field: GridField,
+    stage: Stage,
     q: Float[Array, "frame joint"],
     stamps: Float[Array, "frame"],
+    cameras: Int[Array, "frame"],
     key: PRNGKeyArray,
     params: SenseParams,
 ) -> Frames:
     """One compiled program for all worlds of one size: without jit this would take minutes."""
     robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
-    return sense_sequence(camera, scene, person, robot, stamps, key, params, *sizes)
+    return sense_sequence(*sizes, surveyed, field, stage, robot, stamps, cameras, key, params)
 
 
 @partial(jax.jit, static_argnums=0)

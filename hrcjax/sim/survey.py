@@ -28,12 +28,13 @@ from hrcjax.presence import (
     settled_depth,
     sight_of,
     survey_empty,
+    unpack_columns,
     voxel_of,
 )
 from hrcjax.presence.sight import all_sights
 from hrcjax.presence.voxels import inside_box
 from hrcjax.robot import Arm, arm_capsules, tool_frame
-from hrcjax.sense import Camera, NoiseParams
+from hrcjax.sense import Camera, HealthParams, HealthState, NoiseParams, initial_health, judge_image
 from hrcjax.sense.camera import render_capsules, render_scene
 from hrcjax.sense.noise import measure
 from hrcjax.sense.rig import Rig, hand_camera
@@ -49,7 +50,7 @@ STILL = 3
 TILE_COLUMNS = 80
 """Least number of tiles along the width of an image."""
 SCENE_LAYOUT = MapLayout(
-    lower=(-2.0, -2.0, 0.0), shape=(40, 40, 14), spacing=0.025, capacity=1024, levels=3, seen=768, born=384, refitted=128
+    lower=(-2.0, -2.0, 0.0), shape=(40, 40, 14), spacing=0.025, capacity=512, levels=3, seen=512, born=256, refitted=128
 )
 """The map of what stands around the arm's base, at the HRI paper's finer spacing of 2.5 cm."""
 
@@ -66,6 +67,10 @@ class SenseParams(eqx.Module):
     """Parameters of fusing an image of the set-up into the map."""
     presence: PresenceParams = PresenceParams()
     """How people are told from the scene, and followed where no camera sees them."""
+    health: HealthParams = HealthParams()
+    """When an image is refused."""
+    delay: float = 0.05
+    """Usual time from the exposure of an image to its use; that of the cell [s]."""
     settled: float = 2.0
     """Points that may appear or vanish in a round of images for the map to count as settled [1]."""
     table_margin: float = 0.03
@@ -85,6 +90,8 @@ class Survey(eqx.Module):
     """All that stands there, as far as a camera saw it."""
     empty: Empty
     """What the stationary cameras watch."""
+    health: HealthState
+    """What is usual for each stationary camera."""
     unseen: Bool[Array, "voxel"]
     """Voxels of the crop box that no camera saw free or as a surface: hidden sides, the inside of obstacles, and what lies
     outside of all views."""
@@ -137,7 +144,7 @@ def survey(
 
     def image(known: tuple, c: Int[Array, ""], q: Array, stamp: Array, key: PRNGKeyArray) -> tuple:
         """One image of camera c, the one in the hand being the last."""
-        state, streams, background, seen, changes, short = known
+        state, streams, background, health, seen, changes, short = known
         arm_now = arm_capsules(arm, q)
         camera = jax.tree.map(lambda a: a[jnp.minimum(c, count - 1)], rig.cameras)
         if rig.hand is not None:
@@ -153,24 +160,27 @@ def survey(
         own = jax.tree.map(lambda a: a[c], background)
         own = learn_background(params.presence, own, depth, robot)
         background = jax.tree.map(lambda a, b: a.at[c].set(b), background, own)
+        one_health = jax.tree.map(lambda a: a[c], health)
+        one_health, _ = judge_image(params.health, one_health, depth, stamp, stamp + params.delay, True)
+        health = jax.tree.map(lambda a, b: a.at[c].set(b), health, one_health)
         # the robot is not free space behind: only what lies before it
-        free = seen_free(voxels, params.presence, sight_of(voxels, camera), depth)
+        free = unpack_columns(voxels, seen_free(voxels, params.presence, sight_of(voxels, camera), depth))
         changes = changes + (report.new + report.removed).astype(dtype)
         short = short | (report.lost > 0) | (report.unseen > 0) | (report.left_out > 0)
-        return state, streams, background, seen | free, changes, short
+        return state, streams, background, health, seen | free, changes, short
 
     def one_round(known: tuple) -> tuple:
         k, still, key, rest = known
         key, *keys = jax.random.split(key, places + 1)
         q = postures[jnp.minimum(k, looks - 1)]
-        rest = (*rest[:4], jnp.zeros((), dtype), rest[5])
+        rest = (*rest[:5], jnp.zeros((), dtype), rest[6])
 
         def one(rest: tuple, item: tuple[Array, PRNGKeyArray]) -> tuple[tuple, None]:
             c, key = item
             return image(rest, c, q, ROUND * k.astype(dtype) + 0.01 * c.astype(dtype), key), None
 
         rest, _ = jax.lax.scan(one, rest, (jnp.arange(places, dtype=jnp.int32), jnp.stack(keys)))
-        quiet = (k >= looks - 1) & (rest[4] <= params.settled)
+        quiet = (k >= looks - 1) & (rest[5] <= params.settled)
         return k + 1, jnp.where(quiet, still + 1, 0), key, rest
 
     def unsettled(known: tuple) -> Bool[Array, ""]:
@@ -179,10 +189,13 @@ def survey(
     streams = jax.tree.map(lambda a: jnp.broadcast_to(a, (places, *a.shape)), initial_stream(dtype))
     background = initial_background(places, first.height, first.width, dtype)
     nothing = jnp.zeros((voxels.count,), bool)
-    rest = (empty_map(layout, dtype), streams, background, nothing, jnp.zeros((), dtype), jnp.asarray(False))
+    health = jax.tree.map(
+        lambda a: jnp.broadcast_to(a, (places, *a.shape)), initial_health(first.height, first.width, dtype)
+    )
+    rest = (empty_map(layout, dtype), streams, background, health, nothing, jnp.zeros((), dtype), jnp.asarray(False))
     zero = jnp.zeros((), jnp.int32)
     rounds, still, _, rest = jax.lax.while_loop(unsettled, one_round, (zero, zero, key, rest))
-    state, _, background, seen, _, short = rest
+    state, _, background, health, seen, _, short = rest
     state = settle(layout, params.frame.map, state)
 
     settled = settled_depth(Background(*(a[:count] for a in jax.tree.leaves(background))))
@@ -191,4 +204,8 @@ def survey(
     at = voxel_of(voxels, jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3))
     at = jnp.where(rows[:, 3].reshape(-1) > 0, at, voxels.count)
     known = seen | nothing.at[at].set(True, mode="drop")
-    return Survey(state, empty, ~known & inside_box(voxels, box), rounds, still >= STILL, short)
+    health = jax.tree.map(lambda a: a[:count], health)
+    # stamps of the set-up are of another clock than those of the task
+    never = jnp.full((count,), -jnp.inf, dtype)
+    health = eqx.tree_at(lambda h: (h.stamp, h.arrived), health, (never, never))
+    return Survey(state, empty, health, ~known & inside_box(voxels, box), rounds, still >= STILL, short)

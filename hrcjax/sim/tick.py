@@ -51,7 +51,11 @@ class Sensed(eqx.Module):
     age: Float[Array, ""]
     """Age of that frame; infinite: there is none [s]."""
     valid: Bool[Array, ""]
-    """False where the frame dropped points for lack of capacity."""
+    """False where the map of the scene exceeded a capacity."""
+    guarded: Bool[Array, ""]
+    """True where a camera is missing, or somebody may be hidden: see `Frames.guarded`."""
+    faults: Int[Array, ""]
+    """What is wrong with the cameras, see `Record.cameras`."""
 
 
 class Record(eqx.Module):
@@ -83,6 +87,8 @@ class Record(eqx.Module):
     """0 green, 1 yellow, 2 red, 3 stop."""
     reasons: Int[Array, "*time"]
     """Bits of the reasons for a stop; text by `hrcjax.safety.describe`."""
+    cameras: Int[Array, "*time"]
+    """What is wrong with the cameras' latest images: the bits of camera k, `hrcjax.sense.HEALTH_REASONS`, times 256^k."""
     status: Int[Array, "*time"]
     """Bits of guard interventions; text in `STATUS_WORDS`."""
 
@@ -131,7 +137,7 @@ def tick(
     away = unit_where_long(seen.person_gradient) if cell.field.unit_gradients else seen.person_gradient
     room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, away)
     approach = -jnp.sum(room.person_gradient * body.xd, axis=-1)
-    separation = Separation(room.person_distance, approach, sensed.age, sensed.valid, dt)
+    separation = Separation(room.person_distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
     memory, decision = cell.safety.decide(params.safety, state.safety, separation)
     unread = ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
     hold = decision.hold | unread
@@ -185,6 +191,7 @@ def tick(
         speed_limit=decision.speed_limit,
         zone=decision.zone,
         reasons=decision.reasons,
+        cameras=sensed.faults,
         status=status,
     )
     return TickState(arm, clock, memory), record
