@@ -33,6 +33,7 @@ PERSON = np.zeros((HEIGHT, WIDTH), bool)
 PERSON[4:20, 8:20] = True
 
 _deliver = jax.jit(deliver)
+_blur = jax.jit(blur)
 
 
 def given(schedule, exposed=0.5, camera=0, dtype=jnp.float32, seed=0):
@@ -124,7 +125,7 @@ def test_blur_is_the_mean_of_what_is_measured(width, dtype):
 
     measured = mean(there) / mean(inside)
     expected = mean(np.pad(DEPTH, width)) / np.maximum(mean(there), 1e-9)
-    out = np.asarray(jax.jit(blur)(jnp.asarray(DEPTH, dtype), jnp.asarray(width, dtype)))
+    out = np.asarray(_blur(jnp.asarray(DEPTH, dtype), jnp.asarray(width, dtype)))
     clear = np.abs(measured - 0.5) > 1e-6
     np.testing.assert_array_equal((out > 0)[clear], (measured > 0.5)[clear])
     np.testing.assert_allclose(out[out > 0], expected[out > 0], atol=5.01e-4)
@@ -132,15 +133,15 @@ def test_blur_is_the_mean_of_what_is_measured(width, dtype):
 
 def test_blur_mixes_foreground_and_background():
     image = jnp.asarray(np.where(np.arange(40) < 20, 1.0, 2.0) * np.ones((20, 1)), jnp.float32)
-    row = np.asarray(blur(image, 9.0))[10]
+    row = np.asarray(_blur(image, 9.0))[10]
     np.testing.assert_allclose(row[15:25], 1 + np.r_[0, np.arange(1, 9), 9] / 9, atol=5.1e-4)
-    np.testing.assert_allclose(given(fault(BLURRED)).depth, blur(jnp.asarray(DEPTH, jnp.float32), 9.0), atol=1e-6)
+    np.testing.assert_allclose(given(fault(BLURRED)).depth, _blur(jnp.asarray(DEPTH, jnp.float32), 9.0), atol=1e-6)
 
 
 @pytest.mark.parametrize("pixel", [np.nan, np.inf, 0.0])
 def test_what_is_not_measured_does_not_spread(pixel):
     image = jnp.ones((9, 9)).at[4, 4].set(pixel)
-    np.testing.assert_allclose(blur(image, 3.0), 1.0, atol=1e-6)
+    np.testing.assert_allclose(_blur(image, 3.0), 1.0, atol=1e-6)
 
 
 def test_half_an_image():
@@ -180,10 +181,11 @@ def test_all_cameras_at_once_are_one_after_the_other():
     depth, last, person = jnp.asarray(DEPTH, jnp.float32), jnp.asarray(LAST, jnp.float32), jnp.asarray(PERSON)
     half = jnp.asarray(0.5, jnp.float32)
 
+    @jax.jit
     def one(camera, key):
         return deliver(schedule, camera, half, depth, person, last, key)
 
-    together = jax.vmap(one)(jnp.arange(3), keys)
+    together = jax.jit(jax.vmap(one))(jnp.arange(3), keys)
     for k in range(3):
         jax.tree.map(lambda a, b, k=k: np.testing.assert_array_equal(a[k], b), together, one(jnp.asarray(k), keys[k]))
 
