@@ -219,6 +219,8 @@ def test_edges_beside_holes_and_of_slopes_do_not_count():
     assert _look(jnp.asarray(hole)).edges == 0
     plane = 1 / np.linspace(0.4, 1.4, HEIGHT)[:, None] * np.ones(WIDTH)  # a floor seen from 1 m
     assert _look(jnp.asarray(plane)).edges == 0
+    arm = 1 / np.linspace(1.25, 3.0, HEIGHT)[:, None] * np.ones(WIDTH)  # a slanting surface, 0.33 to 0.8 m away
+    assert _look(jnp.asarray(arm)).edges == 0
 
 
 def test_few_edges_are_not_judged(learnt):
