@@ -84,15 +84,18 @@ def _gap(camera: Camera, bodies: Capsules) -> jax.Array:
     return jnp.min(to_axes(camera.position, bodies.a, bodies.b) - bodies.radius)
 
 
-def arm_motion(times: np.ndarray, camera: Camera, draw: np.random.Generator) -> Capsules:
-    """Every joint swings about a pose near home; a motion that does not come near the camera."""
+def camera_and_arm(
+    scene: Scene, times: np.ndarray, draw: np.random.Generator, decimation: int
+) -> tuple[Camera, Capsules]:
+    """A camera and an arm that does not come near it: every joint swings about a pose near home."""
     while True:
+        camera = drawn_camera(scene, draw, decimation)
         home = np.asarray(_arm().home, float) + draw.uniform(-0.4, 0.4, 6)
         swing, pace, phase = draw.uniform(0.1, 0.5, 6), draw.uniform(0.1, 0.4, 6), draw.uniform(0, 2 * np.pi, 6)
         q = home + swing * np.sin(2 * np.pi * pace * times[:, None] + phase)
         robot = _bodies(jnp.asarray(q, jnp.float32))
         if _gap(camera, robot) >= ROBOT_NEAREST:
-            return robot
+            return camera, robot
 
 
 @partial(jax.jit, static_argnums=0)
@@ -155,8 +158,7 @@ def play(sequence: int, kinds: int, params: HealthParams, duration: float = 8.0,
     scene = scene_named(name, seed)
     person = _person(MOTIONS[sequence % len(MOTIONS)], scene, sequence, duration)
     times = (np.arange(SETUP + round(duration / PERIOD)) - SETUP) * PERIOD
-    camera = drawn_camera(scene, draw, decimation)
-    robot = arm_motion(times, camera, draw)
+    camera, robot = camera_and_arm(scene, times, draw, decimation)
     state, out = watch(
         kinds, params, camera, scene, person, robot, jnp.asarray(times, jnp.float32), jax.random.key(sequence)
     )
@@ -196,6 +198,8 @@ def main() -> None:
             found.append(each[SETUP:])
         count += len(reasons) - SETUP
         k += 1
+        if k % 10 == 0:
+            print(f"{count} images, {time.time() - began:.0f} s", flush=True)
     clean, margins = np.concatenate(clean), np.concatenate(margins)
     print(f"{count} images of {k - options.first} sequences in {time.time() - began:.0f} s")
     far = margins[:, 5] >= NEAREST
