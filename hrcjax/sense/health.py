@@ -137,17 +137,17 @@ def judge_image(
     bare = seen.measured < params.part_share * state.measured
     judged = state.measured >= params.least_part
     unusual = (state.learnt > 0) & ~jnp.asarray(learning) & (jnp.abs(delay - state.delay) > params.delay_change)
-
+    blocked = jnp.mean(seen.measured) < jnp.maximum(params.least_share, params.blocked_share * usual)
     skewed = ~finite | (stamp <= state.stamp) | (delay < -params.ahead) | unusual
 
     reasons = pack(
         {
             IDENTICAL: same_share(depth, state.last) >= params.identical_share,
-            BLOCKED_VIEW: jnp.mean(seen.measured) < jnp.maximum(params.least_share, params.blocked_share * usual),
+            BLOCKED_VIEW: blocked,
             BLURRED_VIEW: (state.edges > 0)
             & (seen.edges >= params.least_edges)
             & (seen.sharpness < params.blurred_share * state.sharpness),
-            PART_EMPTY: jnp.any(bare & judged) & ~jnp.all(bare | ~judged),  # all of them: blocked
+            PART_EMPTY: jnp.any(bare & judged) & ~(blocked & jnp.all(bare | ~judged)),  # not a part, but all
             LATE_ARRIVAL: delay > params.late,
             SKEWED_STAMP: skewed,
         }
