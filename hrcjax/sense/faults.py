@@ -88,10 +88,10 @@ def no_faults(cameras: int, dtype: jnp.dtype | type = jnp.float32) -> FaultSched
 def one_fault(
     kind: int,
     camera: int,
-    begin: float,
-    end: float,
+    begin: float | int,
+    end: float | int,
     cameras: int,
-    amount: float | None = None,
+    amount: float | int | None = None,
     dtype: jnp.dtype | type = jnp.float32,
 ) -> FaultSchedule:
     """One fault of one of several cameras; made on the host. More: `join_faults`.
@@ -110,7 +110,9 @@ def one_fault(
             have.
     """
     if kind not in FAULTS:
-        raise ValueError(f"unknown kind of fault {kind}: accepted are {', '.join(f'{k} {w}' for k, w in FAULTS.items())}")
+        raise ValueError(
+            f"unknown kind of fault {kind}: accepted are {', '.join(f'{k} {w}' for k, w in FAULTS.items())}"
+        )
     if not 0 <= camera < cameras:
         raise ValueError(f"camera {camera} of {cameras}: accepted are 0 to {cameras - 1}")
     if not begin < end:
@@ -126,14 +128,9 @@ def one_fault(
     if wrong.get(kind, False) or not math.isfinite(amount):
         raise ValueError(f"{FAULTS[kind]}: amount {amount} is out of its range, see FaultSchedule.amount")
 
-    def placed(value: float, elsewhere: float, kind: jnp.dtype | type) -> Array:
-        column = np.full((cameras, 1), elsewhere)
-        column[camera] = value
-        return jnp.asarray(column, kind)
-
-    return FaultSchedule(
-        placed(kind, NONE, jnp.int32), placed(begin, 0.0, dtype), placed(end, 0.0, dtype), placed(amount, 0.0, dtype)
-    )
+    here = np.arange(cameras)[:, None] == camera
+    kinds = jnp.asarray(np.where(here, kind, NONE), jnp.int32)
+    return FaultSchedule(kinds, *(jnp.asarray(np.where(here, value, 0.0), dtype) for value in (begin, end, amount)))
 
 
 def join_faults(*schedules: FaultSchedule) -> FaultSchedule:
@@ -160,7 +157,7 @@ def _active(
 
 def _box_sum(image: Float[Array, "row column"], reach: Int[Array, ""]) -> Float[Array, "row column"]:
     """Sum over the rows from -reach to +reach around each, as far as the image goes."""
-    rows = jnp.arange(image.shape[0])
+    rows = jnp.arange(image.shape[0], dtype=jnp.int32)
     sums = jnp.concatenate([jnp.zeros_like(image[:1]), jnp.cumsum(image, axis=0)])
     above, below = jnp.maximum(rows - reach, 0), jnp.minimum(rows + reach + 1, image.shape[0])
     return sums[below] - sums[above]

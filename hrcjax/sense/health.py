@@ -1,17 +1,14 @@
 """Health of a camera, judged by each image and its stamps alone: is it new, complete, sharp, in time?
 
 What is usual for a camera is learnt while the cell is empty; the robot may move. Images must have a sensor's noise: exact
-ones of a cell at rest repeat. What a healthy image shows is not judged: a person whom the camera does
-not measure stays unnoticed.
+ones of a cell at rest repeat. A person whom the camera does not measure stays unnoticed.
 """
-
-from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 
 from hrcjax.bits import pack, words
-from hrcjax.sense.points import valid_depth
+from hrcjax.sense.look import look, same_share
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 IDENTICAL = 1
@@ -33,18 +30,14 @@ HEALTH_REASONS = {
 }
 """What is wrong with a camera: bit -> words."""
 
-RUN = 5
-"""Pixels in a row in which an edge is looked for. A sharp edge is one step, or two about a flying pixel; smeared over more
-pixels than this it is as many equal steps as there are neighbours, four."""
-
 
 class HealthParams(eqx.Module):
     """Thresholds. Where no source is named they are our choice."""
 
-    identical_share: Scalar = 0.9
+    identical_share: Scalar = 0.95
     """Share of measured pixels exactly as before from which an image is the last one again [1]. Two readings of deviation
     s, rounded to q = 1 mm, are equal with probability near q / (2 s sqrt(pi)): of a still D435i 0.02 at 2 m, 0.07 at 1 m,
-    0.27 at 0.5 m, and at most 0.75 at its nearest depth of 0.28 m. Over thousands of pixels that varies by less than 0.01."""
+    0.27 at 0.5 m, and at most 0.64 at its nearest depth of 0.28 m. Over thousands of pixels that varies by less than 0.01."""
     least_share: Scalar = 0.05
     """An image with less measured has no depth, whatever was learnt; as for frames of the map [1]."""
     nearest: Scalar = 0.28
@@ -57,14 +50,18 @@ class HealthParams(eqx.Module):
     least_part: Scalar = 0.1
     """A quadrant of which less is measured in the empty cell is not judged [1]."""
     edge: Scalar = 0.08
-    """Change of inverse depth within `RUN` pixels that counts as an edge: 8 cm at 1 m, 32 cm at 2 m [1/m]. The noise of
-    inverse depth is that of disparity, the same at any depth: 0.004 1/m, of which 5 pixels span less than 0.025. Inverse
+    """Change of inverse depth within `look.RUN` pixels that counts as an edge: 8 cm at 1 m, 32 cm at 2 m [1/m]. The noise of
+    inverse depth is that of disparity, the same at any depth: 0.004 1/m, of which 5 pixels hardly ever span more than 0.025. Inverse
     depth is linear on a plane; table and floor change by less than 0.03."""
+    slope: Scalar = 0.15
+    """And it must be more than this share of the larger depth: 4 pixels of 1/96 on a surface at 75 degrees to the image. From
+    0.5 m on near, slanting surfaces would be edges that look smeared [1]."""
     least_edges: Scalar = 100.0
     """Runs of pixels across edges below which sharpness is not judged [1]: some 30 places of an edge."""
     blurred_share: Scalar = 0.65
     """An image is blurred if its sharpness is below this share of the learnt one [1]: between a sharp edge, 1, and one
-    smeared over more than a run, 1 / (RUN - 1) = 0.25, as the learnt one is at most 1."""
+    smeared over more than a run, 0.25. Images of a real depth camera are at 0.85 to 0.91, smeared over 9 pixels at 0.32 to
+    0.38."""
     late: Scalar = 0.15
     """An image that arrives later than this after its stamp is late: the safety monitor's data would be too old by then [s]."""
     ahead: Scalar = 0.005
@@ -73,17 +70,6 @@ class HealthParams(eqx.Module):
     """A delay this far from the learnt one is the clock's fault, or the way's [s]; usual jitter is below one period, 33 ms."""
     silence: Scalar = 1.5
     """Periods without image from which one is missing [1]."""
-
-
-class Look(NamedTuple):
-    """What of an image is compared with what is usual."""
-
-    measured: Float[Array, "2 2"]
-    """Share of each quadrant that is measured, and not too near [1]."""
-    sharpness: Float[Array, ""]
-    """The largest step between neighbours over the whole change, mean over runs of pixels across edges [1]."""
-    edges: Float[Array, ""]
-    """Number of those [1]."""
 
 
 class HealthState(eqx.Module):
@@ -120,51 +106,6 @@ def initial_health(height: int, width: int, dtype: jnp.dtype | type = jnp.float3
     )
 
 
-def _runs(inverse: Float[Array, "row column"], known: Bool[Array, "row column"], edge: Scalar) -> tuple[Array, Array]:
-    """Sum of sharpness and number of the runs down the columns that are measured throughout and cross an edge."""
-    rows = inverse.shape[0] - RUN + 1
-    pixels = [inverse[k : k + rows] for k in range(RUN)]
-    whole, least, greatest, step = known[:rows], pixels[0], pixels[0], jnp.zeros_like(pixels[0])
-    for k in range(1, RUN):
-        whole = whole & known[k : k + rows]
-        least, greatest = jnp.minimum(least, pixels[k]), jnp.maximum(greatest, pixels[k])
-        step = jnp.maximum(step, jnp.abs(pixels[k] - pixels[k - 1]))
-    change = greatest - least
-    across = whole & (change > edge)
-    return jnp.sum(jnp.where(across, step / jnp.where(across, change, 1), 0)), jnp.sum(across, dtype=inverse.dtype)
-
-
-def look(params: HealthParams, depth: Float[Array, "height width"]) -> Look:
-    """What of an image is compared.
-
-    Args:
-        params: thresholds.
-        depth: 0 or not finite: no measurement [m].
-    """
-    known = valid_depth(depth) & (depth >= params.nearest)
-    inverse = jnp.where(known, 1 / jnp.where(known, depth, 1), 0)
-    down, rows = _runs(inverse, known, params.edge)
-    across, columns = _runs(inverse.T, known.T, params.edge)
-    edges = rows + columns
-    half, middle = depth.shape[0] // 2, depth.shape[1] // 2
-    quadrants = [[part[:, :middle], part[:, middle:]] for part in (known[:half], known[half:])]
-    measured = jnp.stack([jnp.stack([jnp.mean(q, dtype=depth.dtype) for q in row]) for row in quadrants])
-    return Look(measured, (down + across) / jnp.maximum(edges, 1), edges)
-
-
-def repeats(
-    params: HealthParams, depth: Float[Array, "height width"], last: Float[Array, "height width"]
-) -> Bool[Array, ""]:
-    """Whether an image is the one before: nearly all pixels that either measures are exactly equal.
-
-    Two images without any depth are not compared.
-    """
-    known = valid_depth(depth) | valid_depth(last)
-    same = jnp.sum(known & (depth == last), dtype=depth.dtype)
-    count = jnp.sum(known, dtype=depth.dtype)
-    return (count > 0) & (same >= params.identical_share * count)
-
-
 def judge_image(
     params: HealthParams,
     state: HealthState,
@@ -189,24 +130,24 @@ def judge_image(
     Returns:
         the state, and bits of what is wrong (`describe_health`); 0: nothing.
     """
-    seen = look(params, depth)
+    seen = look(depth, params.nearest, params.edge, params.slope)
     finite = jnp.isfinite(stamp) & jnp.isfinite(arrived)
     delay = jnp.where(finite, arrived - stamp, 0)
     usual = jnp.mean(state.measured)
     bare = seen.measured < params.part_share * state.measured
     judged = state.measured >= params.least_part
     unusual = (state.learnt > 0) & ~jnp.asarray(learning) & (jnp.abs(delay - state.delay) > params.delay_change)
-
+    blocked = jnp.mean(seen.measured) < jnp.maximum(params.least_share, params.blocked_share * usual)
     skewed = ~finite | (stamp <= state.stamp) | (delay < -params.ahead) | unusual
 
     reasons = pack(
         {
-            IDENTICAL: repeats(params, depth, state.last),
-            BLOCKED_VIEW: jnp.mean(seen.measured) < jnp.maximum(params.least_share, params.blocked_share * usual),
+            IDENTICAL: same_share(depth, state.last) >= params.identical_share,
+            BLOCKED_VIEW: blocked,
             BLURRED_VIEW: (state.edges > 0)
             & (seen.edges >= params.least_edges)
             & (seen.sharpness < params.blurred_share * state.sharpness),
-            PART_EMPTY: jnp.any(bare & judged) & ~jnp.all(bare | ~judged),  # all of them: blocked
+            PART_EMPTY: jnp.any(bare & judged) & ~(blocked & jnp.all(bare | ~judged)),  # not a part, but all
             LATE_ARRIVAL: delay > params.late,
             SKEWED_STAMP: skewed,
         }
