@@ -41,7 +41,7 @@ class Track(eqx.Module):
     """Where people are, after some images."""
 
     stamp: Float[Array, "camera"]
-    """Exposure of each camera's last good image; minus infinity: none [s]."""
+    """Exposure of each camera's last good image, or the end of the set-up [s]."""
     time: Float[Array, ""]
     """Exposure of the last image, good or not [s]."""
     sums: Float[Array, "camera voxel 4"]
@@ -83,10 +83,10 @@ def union(sets: UInt[Array, "camera x y"], of: Bool[Array, "camera"] | None = No
 
 
 def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> Track:
-    """Nobody has been measured yet, and no image is there."""
+    """Nobody has been measured yet; the cameras have just been seen to work, in the set-up."""
     dtype = time.dtype
     return Track(
-        stamp=jnp.full((cameras,), -jnp.inf, dtype),
+        stamp=jnp.full((cameras,), time, dtype),
         time=time,
         sums=jnp.zeros((cameras, layout.count, 4), dtype),
         occupied=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
@@ -134,8 +134,7 @@ def update_track(
     """
     camera = jax.tree.map(lambda a: a[index], cameras)
     sight = jax.tree.map(lambda a: a[index], empty.sight)
-    ever = jnp.isfinite(track.stamp)
-    before = union(track.occupied, ever)
+    before = union(track.occupied)
     found = find_people(layout, params, camera, depth, empty.settled[index], robot, box, before)
     free = seen_free(layout, params, sight, depth)
     stamp = track.stamp.at[index].set(jnp.where(good, exposed, track.stamp[index]))
