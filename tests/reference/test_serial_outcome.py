@@ -238,7 +238,7 @@ def test_other_parameters_count(measure, world, record) -> None:
         ssm, clock = p.safety.ssm, p.motion.clock
         return ssm.brake, ssm.v_h, ssm.v_h_near, ssm.intrusion, ssm.reaction_time, clock.acceleration, p.motion.speed
 
-    params = eqx.tree_at(of, Params(), (2.0, 0.3, 3.0, 0.3, 0.15, 0.7, 0.4))
+    params = eqx.tree_at(of, Params(), (2.0, 0.3, 3.0, 0.5, 0.15, 0.7, 0.4))
     ours, theirs = measure(world, record, params)
     assert_same(ours, theirs)
     before = measure(world, record)[1].metrics
