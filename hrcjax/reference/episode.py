@@ -139,7 +139,10 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         approach = -(g_person * body.xd).sum(axis=1)
         now = latest(seen, time - cell.latency)
         guarded = seen.guarded[frame] or seen.guarded[now]
-        zone, decision = monitor(zone, separation, approach, age + cell.latency, seen.known, guarded)
+        old = age + cell.latency
+        since = np.clip(old - params.safety.ssm.reaction_time, 0.0, params.safety.max_age)  # what S_p does not count on
+        nearer = separation - params.safety.ssm.v_h_near * since
+        zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
         speed_limit = float(decision.point_limit.min())
 
         reference, tangent, curvature = curve.at(clock.s)

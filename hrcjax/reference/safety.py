@@ -101,7 +101,7 @@ class Monitor:
             approach: speed of every point towards the person [m/s].
             age: of the person data [s].
             valid: whether the map of the scene exceeded no capacity.
-            guarded: whether somebody may be where no camera looks: yellow at best.
+            guarded: whether somebody may be where no camera looks: yellow and the red speed at best.
         """
         params = self.params
         finite = bool(np.isfinite(d).all() and np.isfinite(approach).all())
@@ -114,6 +114,8 @@ class Monitor:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
+        if guarded:
+            limit = np.minimum(limit, self.params.zone.red_speed)
         return state, Decision(limit, hold)
 
 
