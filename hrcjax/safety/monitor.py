@@ -8,7 +8,7 @@ from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
-from hrcjax.safety.zones import STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
+from hrcjax.safety.zones import GREEN, STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 OLD_DATA = 1
@@ -88,7 +88,7 @@ def monitor(
     invalid = ~jnp.asarray(valid)
     hold = old | ~finite | invalid
 
-    state = update_zone(params, state, nearest, ~hold, dt, head_distance, YELLOW * jnp.asarray(guarded))
+    state = update_zone(params, state, nearest, ~hold, dt, head_distance, jnp.where(guarded, YELLOW, GREEN))
 
     def point_limit(one: Float[Array, ""]) -> Float[Array, ""]:
         person = assumed_human_speed(params.ssm, one) if v_h is None else v_h
