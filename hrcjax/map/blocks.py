@@ -76,18 +76,19 @@ def bounding_boxes(
 
 
 def store(
-    layout: MapLayout, level: int, blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4 voxel"]
+    blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4 voxel"], boxes: Int[Array, "block"]
 ) -> Level:
     """Writes points and boxes of blocks, and gives back the slots of those without points.
 
     Args:
         slots: different ones; the capacity: none.
+        boxes: packed bounding boxes of the points of level 0 in the blocks.
     """
     capacity, shape = blocks.place.shape[0], blocks.slot.shape
     size = shape[0] * shape[1] * shape[2]
     place = blocks.place.at[slots].get(mode="fill", fill_value=0)
     cell = jnp.where(slots < capacity, flat_index(shape, place), size)
-    index = with_boxes(blocks.index, place, slots, bounding_boxes(layout, level, place, rows), capacity)
+    index = with_boxes(blocks.index, place, slots, boxes, capacity)
     vacant = ~jnp.any(rows[:, 3] > 0, axis=1)
     slot = blocks.slot.reshape(-1).at[jnp.where(vacant, cell, size)].set(capacity, mode="drop").reshape(shape)
     places = blocks.place.at[jnp.where(vacant, slots, capacity)].set(0, mode="drop")

@@ -6,8 +6,8 @@ import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
-from hrcjax.map.blocks import claim, slots_around, store
-from hrcjax.map.coarse import Changed, typical_weight, update_coarse
+from hrcjax.map.blocks import bounding_boxes, claim, slots_around, store
+from hrcjax.map.coarse import Changed, update_coarse
 from hrcjax.map.entries import Entries
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
@@ -28,7 +28,7 @@ from hrcjax.map.sighting import (
 from hrcjax.map.state import DYNAMIC, NEW, STATIC, FieldMap, FrameReport
 from hrcjax.map.view import View
 from hrcjax.map.visibility import blocks_in_view
-from hrcjax.map.weigh import refit
+from hrcjax.map.weigh import refit, typical_weight
 from hrcjax.sense import Camera
 from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float, Int
@@ -84,8 +84,8 @@ def fuse(
     verdict = _judge(params, known, seen, fused, sight, body)
 
     base, drift, stale, changed = _write(layout, params, state, base, work, entries, known, fused, verdict)
-    levels, extents, waiting, more = _update_levels(layout, params, state, base, stale, changed)
-    levels, waiting, turn = refit(layout, levels, waiting, state.turn, params)
+    coarse, more = _update_levels(layout, state, base, changed)
+    base, waiting, turn = refit(layout, base, stale, state.turn, params)
 
     def count(which: Bool[Array, "..."]) -> Int[Array, ""]:
         return jnp.sum(which, dtype=jnp.int32)
@@ -94,11 +94,11 @@ def fuse(
         measured=count(view.mask),
         beyond=count(beyond),
         points=count(verdict.there),
-        blocks=count(levels[0].place[:, 0] > 0),
+        blocks=count(base.place[:, 0] > 0),
         new=count(sight.new),
         dynamic=count(sight.dynamic),
         removed=count(verdict.gone),
-        waiting=count(waiting[0]),
+        waiting=count(waiting),
         lost=lost + more,
         outside=count(wanted & ~inside),
         unseen=count(in_view) - count(work.slots < layout.capacity),
@@ -112,8 +112,7 @@ def fuse(
         return values.reshape(-1).at[index].set(some, mode="drop").reshape(values.shape)
 
     after = FieldMap(
-        levels=levels,
-        extent=extents,
+        levels=(base, *coarse),
         stale=waiting,
         turn=turn,
         information=to_map(state.information, verdict.information),
@@ -186,7 +185,7 @@ def _write(
         blocks that have changed, for the level above.
     """
     dtype, capacity, slots = fused.information.dtype, layout.capacity, work.slots
-    first_weight = typical_weight(layout, 0, params).astype(dtype)
+    first_weight = typical_weight(layout, params).astype(dtype)
     values = (*fused.points, jnp.where(fused.fresh, first_weight, known.weight))
     rows = base.rows
     for a, value in enumerate(values):
@@ -200,32 +199,20 @@ def _write(
     around = jnp.where(other[:, None] & (slots < capacity)[:, None], slots_around(base, work.place), capacity)
     drift = state.drift.at[slots].set(jnp.where(changed, 0.0, drift), mode="drop")
     own_rows = rows.at[slots].get(mode="fill", fill_value=0)
-    base = store(layout, 0, Level(base.slot, base.index, base.place, rows), slots, own_rows)
-    stale = state.stale[0].at[around].set(True, mode="drop")
+    boxes = bounding_boxes(layout, 0, work.place, own_rows)
+    base = store(Level(base.slot, base.index, base.place, rows), slots, own_rows, boxes)
+    stale = state.stale.at[around].set(True, mode="drop")
     stale = stale.at[jnp.where(changed, slots, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
-    return base, drift, stale, Changed(work.place, own_rows, jnp.zeros((layout.seen, VOXELS), dtype), changed)
+    return base, drift, stale, Changed(work.place, own_rows, changed)
 
 
 def _update_levels(
-    layout: MapLayout,
-    params: MapParams,
-    state: FieldMap,
-    base: Level,
-    stale: Bool[Array, "slot"],
-    changed: Changed,
-) -> tuple[tuple[Level, ...], tuple[Array, ...], tuple[Array, ...], Int[Array, ""]]:
-    """All levels, the coarse ones after what has changed below them.
-
-    Returns:
-        levels, extents, stale blocks of each level, and how many coarse blocks found no place.
-    """
-    levels, extents, waiting, lost = [base], [], [stale], jnp.zeros((), jnp.int32)
-    for k in range(1, layout.levels):
-        level, extent, stale, more, changed = update_coarse(
-            layout, k, state.levels[k], state.extent[k - 1], state.stale[k], changed, params
-        )
+    layout: MapLayout, state: FieldMap, base: Level, changed: Changed
+) -> tuple[tuple[Level, ...], Int[Array, ""]]:
+    """The coarse levels after what has changed below them, and how many of their blocks found no place."""
+    below, levels, lost = base, [], jnp.zeros((), jnp.int32)
+    for level in state.levels[1:]:
+        below, more, changed = update_coarse(layout, below, level, changed)
         lost = lost + more
-        levels.append(level)
-        extents.append(extent)
-        waiting.append(stale)
-    return tuple(levels), tuple(extents), tuple(waiting), lost
+        levels.append(below)
+    return tuple(levels), lost

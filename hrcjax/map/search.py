@@ -50,7 +50,7 @@ def nearest_blocks(
     corner = tuple(origin[a] + (2 * at[a][:, None] + step[:, a]).astype(low.dtype) * edge for a in range(3))
     gap = squared_gaps(octets[:, :OCTET], corner, edge, low, high).reshape(-1)
     near, best = jax.lax.top_k(-gap, min(count, gap.shape[0]))
-    slots = jnp.where(jnp.isfinite(near), octets[:, OCTET:].reshape(-1)[best], blocks.place.shape[0])
+    slots = jnp.where(near != -jnp.inf, octets[:, OCTET:].reshape(-1)[best], blocks.place.shape[0])
     return slots, jnp.minimum(jnp.max(-near), jnp.max(-octet_gap))
 
 
@@ -66,5 +66,5 @@ def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio:
     rows = block_rows(blocks, nearest_blocks(layout, level, blocks, at, at, count)[0])
     points = jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3)
     weights = rows[:, 3].reshape(-1)
-    scale = jnp.asarray(layout.scale_of(level, ratio), x.dtype)
+    scale = jnp.asarray(layout.scale_of(ratio), x.dtype)
     return GPField(points, weights, weights > 0, scale, signed=False)

@@ -7,7 +7,7 @@ import numpy as np
 from .answers import ask
 from .families import Case
 from .peers import nearest_point, voxel_transform
-from .queries import Queries, held_out, settled
+from .queries import FAR_BANDS, Queries, far_out, held_out, settled
 from .survey import Survey, map_points
 
 QUERIES = 4096
@@ -68,4 +68,22 @@ def measure_case(case: Case, seen: Survey, seed: int) -> tuple[Measures, Queries
         found[f"band_cosine_{name}"] = float(np.mean(cosines(ours.gradient, asked.gradient)[band]))
         found[f"band_cosine_plain_{name}"] = float(np.mean(cosines(ours.plain_gradient, asked.gradient)[band]))
         found[f"band_cover_{name}"] = float(np.mean((ours.bound <= exact)[band]))
-    return found, asked, ours.bound - exact
+    return found | measure_far(case, seen, seed), asked, ours.bound - exact
+
+
+def measure_far(case: Case, seen: Survey, seed: int) -> Measures:
+    """Errors of distance and bound up to 3 m, band by band [m]; NaN in a band without queries."""
+    bands = far_out(case, seen.frames, seed)
+    every = Queries(*(np.concatenate(parts) for parts in zip(*bands, strict=True)))
+    answers, nearest = ask(seen.state, every.x), nearest_point(map_points(seen.state), every.x)[0]
+    found: Measures = {"far_queries": len(every.distance)}
+    for low, high in pairwise(FAR_BANDS):
+        band = (every.distance >= low) & (every.distance < high)
+        name, exact = f"{1e3 * low:g}_{1e3 * high:g}", every.distance[band]
+        under = exact - answers.bound[band]
+        some = len(exact) > 0
+        found[f"far_rmse_{name}"] = rmse(answers.distance[band], exact) if some else np.nan
+        found[f"far_nearest_{name}"] = rmse(nearest[band], exact) if some else np.nan
+        found[f"far_cover_{name}"] = float(np.mean(under >= 0)) if some else np.nan
+        found[f"far_under_{name}"] = float(np.percentile(under, 99)) if some else np.nan
+    return found
