@@ -11,10 +11,11 @@ import jax.numpy as jnp
 
 from hrcjax.field import FAR
 from hrcjax.map.descent import Chosen, descend
+from hrcjax.map.direction import is_near, surface_direction, turned_off
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import Level, block_rows, padded_place
-from hrcjax.map.query import curvature_corrected, far_range, far_share, read, read_slots, slots_far, slots_near
-from hrcjax.map.search import nearest_blocks
+from hrcjax.map.query import curvature_corrected, far_range, far_share, read, read_slots, slots_far
+from hrcjax.map.search import nearest_blocks, slots_near
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
@@ -180,7 +181,12 @@ def _by_group(
 
 
 def _readings_of(
-    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Float[Array, "query 3"], corrected: bool
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    ratio: Scalar,
+    x: Float[Array, "query 3"],
+    corrected: bool,
+    oriented: bool,
 ) -> Readings:
     """Readings of the queries of a group. The whole map is searched only if a query of it is far from everything."""
 
@@ -197,6 +203,15 @@ def _readings_of(
     def whole_map() -> Readings:
         return each(slots_far, False) if few else _far(layout, levels, ratio, x)
 
+    if oriented:
+        # only beside surfaces
+        scale = layout.scale_of(ratio)
+        normal = jax.lax.cond(
+            jnp.any(is_near(d, scale)),
+            lambda: jax.vmap(lambda x: surface_direction(layout, levels, ratio, x))(x),
+            lambda: jnp.zeros_like(g),
+        )
+        g = jax.vmap(lambda g, n, d: turned_off(g, n, d, scale))(g, normal, d)
     far, away = jax.lax.cond(jnp.any(~(share <= 0)), whole_map, nothing)
     mixed = (1 - share)[:, None] * g + share[:, None] * away + (slope * (far - d))[:, None] * g
     return d + share * (far - d), mixed
@@ -208,6 +223,7 @@ def map_distances_and_gradients(
     ratio: Scalar,
     x: Float[Array, "query 3"],
     corrected: bool = True,
+    oriented: bool = True,
 ) -> Readings:
     """Distances to the mapped surfaces [m] and their gradients [1] at any number of queries.
 
@@ -219,27 +235,34 @@ def map_distances_and_gradients(
         corrected: take off what the curvature of convex surfaces adds to the kernel's inverse (`hrcjax.field.curvature`);
             False: the plain inverse, which reads too far over convex surfaces, but whose gradient has the better
             direction.
+        oriented: next to surfaces the gradient is the normal on the side of the sensor (`hrcjax.map.direction`); False: the
+            derivative everywhere, which there fades out.
 
     Raises:
         ValueError: x is of integers.
     """
     require_floating("map_distances_and_gradients", x=x)
     finite = jnp.all(jnp.isfinite(x), axis=1)
-    d, g = _readings(layout, levels, ratio, x, corrected)
+    d, g = _readings(layout, levels, ratio, x, corrected, oriented)
     return jnp.where(finite, d, jnp.nan), jnp.where(finite[:, None], g, jnp.nan)
 
 
 def _readings(
-    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Float[Array, "query 3"], corrected: bool
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    ratio: Scalar,
+    x: Float[Array, "query 3"],
+    corrected: bool,
+    oriented: bool,
 ) -> Readings:
     """Distances [m] and gradients [1], in groups if there are enough queries for one."""
     count = x.shape[0]
     if count < GROUP:
-        return _readings_of(layout, levels, ratio, x, corrected)
+        return _readings_of(layout, levels, ratio, x, corrected, oriented)
     # groups of neighbours
     order = jnp.argsort(morton_code(_cell_of(layout, x)))
     order = jnp.concatenate([order, jnp.full((-count % GROUP,), order[-1])])
     groups = x[order].reshape(-1, GROUP, 3)
-    d, g = jax.lax.map(lambda x: _readings_of(layout, levels, ratio, x, corrected), groups)
+    d, g = jax.lax.map(lambda x: _readings_of(layout, levels, ratio, x, corrected, oriented), groups)
     empty = jnp.zeros((count, 3), x.dtype)
     return empty[:, 0].at[order].set(d.reshape(-1)), empty.at[order].set(g.reshape(-1, 3))

@@ -1,5 +1,7 @@
 """Storage of blocks: allocating slots, bounding boxes of the points, and freeing slots."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 
@@ -57,7 +59,7 @@ def claim(
     places = place.at[chosen].get(mode="fill", fill_value=0)
     places = blocks.place.at[jnp.where(given, free, capacity)].set(places, mode="drop")
     lost = jnp.sum(speaker, dtype=jnp.int32) - jnp.sum(given, dtype=jnp.int32)
-    level = Level(slots.reshape(shape), blocks.index, places, blocks.rows)
+    level = dataclasses.replace(blocks, slot=slots.reshape(shape), place=places)
     return level, jnp.where(wanted, slots[cell], capacity), lost
 
 
@@ -92,7 +94,8 @@ def store(
     vacant = ~jnp.any(rows[:, 3] > 0, axis=1)
     slot = blocks.slot.reshape(-1).at[jnp.where(vacant, cell, size)].set(capacity, mode="drop").reshape(shape)
     places = blocks.place.at[jnp.where(vacant, slots, capacity)].set(0, mode="drop")
-    return Level(slot, index, places, blocks.rows.at[slots].set(rows, mode="drop"))
+    rows = blocks.rows.at[slots].set(rows, mode="drop")
+    return dataclasses.replace(blocks, slot=slot, index=index, place=places, rows=rows)
 
 
 def slots_around(blocks: Level, place: Int[Array, "block 3"]) -> Int[Array, "block 27"]:

@@ -8,7 +8,8 @@ import jax.numpy as jnp
 
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import block_rows
-from hrcjax.map.query import far_share, no_number, read_blocks, slots_far, slots_near
+from hrcjax.map.query import far_share, no_number, read_blocks, slots_far
+from hrcjax.map.search import slots_near
 from hrcjax.map.state import FieldMap
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Float, Int, Scalar, Vector3

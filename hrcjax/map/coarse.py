@@ -1,6 +1,7 @@
 """Coarse levels: the mean point of every block is a voxel of the next level. They lead queries to the blocks of level 0
 (`hrcjax.map.descent`)."""
 
+import dataclasses
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -54,6 +55,6 @@ def update_coarse(
     touched = jnp.nonzero(flags, size=most, fill_value=capacity)[0].astype(jnp.int32)
     own = coarse.place.at[touched].get(mode="fill", fill_value=REACH)
     own_rows = all_rows.at[touched].get(mode="fill", fill_value=0)
-    coarse = Level(coarse.slot, coarse.index, coarse.place, all_rows)
+    coarse = dataclasses.replace(coarse, rows=all_rows)
     coarse = store(coarse, touched, own_rows, hull_below(below.index, own))
     return coarse, lost, Changed(own, own_rows, touched < capacity)

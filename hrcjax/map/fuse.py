@@ -1,5 +1,6 @@
 """One frame into a map: observed points are fused, points in free space removed, occluded ones kept."""
 
+import dataclasses
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -8,6 +9,7 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map.blocks import bounding_boxes, claim, slots_around, store
 from hrcjax.map.coarse import Changed, update_coarse
+from hrcjax.map.direction import LEVELS
 from hrcjax.map.entries import Entries
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
@@ -79,7 +81,7 @@ def fuse(
     work = working_blocks(layout, base, in_view, slot, state.frames)
     entries, seen = observe(layout, params, base, work, camera, view, slot)
     known = recall(state, base, entries)
-    fused = merge(params, known, seen)
+    fused = merge(params, camera, known, seen)
     sight = look_at(params, base, work, entries, camera, view, known, seen, fused)
     verdict = _judge(params, known, seen, fused, sight, body)
 
@@ -191,6 +193,11 @@ def _write(
     for a, value in enumerate(values):
         rows = rows.at[entries.slot, a, entries.voxel].set(jnp.where(verdict.there, value, 0.0), mode="drop")
 
+    toward = base.toward
+    for a, value in enumerate(fused.toward):
+        kept = jnp.round(LEVELS * jnp.where(verdict.there, value, 0.0)).astype(toward.dtype)
+        toward = toward.at[entries.slot, a, entries.voxel].set(kept, mode="drop")
+
     move = jnp.zeros((layout.seen,), dtype).at[entries.row].max(fused.moves, mode="drop")
     drift = state.drift.at[slots].get(mode="fill", fill_value=0) + move
     other = jnp.zeros((layout.seen,), bool).at[entries.row].max(fused.fresh | verdict.gone, mode="drop")
@@ -200,7 +207,7 @@ def _write(
     drift = state.drift.at[slots].set(jnp.where(changed, 0.0, drift), mode="drop")
     own_rows = rows.at[slots].get(mode="fill", fill_value=0)
     boxes = bounding_boxes(layout, 0, work.place, own_rows)
-    base = store(Level(base.slot, base.index, base.place, rows), slots, own_rows, boxes)
+    base = store(dataclasses.replace(base, rows=rows, toward=toward), slots, own_rows, boxes)
     stale = state.stale.at[around].set(True, mode="drop")
     stale = stale.at[jnp.where(changed, slots, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
     return base, drift, stale, Changed(work.place, own_rows, changed)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import Level, block_rows
-from hrcjax.map.query import slots_near
+from hrcjax.map.search import slots_near
 from hrcjax.typing import Vector3
 
 POINTS = 128

@@ -4,7 +4,6 @@ Near surfaces the blocks that matter are found in a window about the query, fart
 (`hrcjax.map.descent`). Both read the same points, and so nearly the same distance where one gives way to the other.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -14,48 +13,16 @@ from hrcjax.field import FAR
 from hrcjax.field.curvature import corrected_square, curvature_correction, tangential_share
 from hrcjax.field.kernel import raised_root, raised_root_slope
 from hrcjax.map.descent import descend
+from hrcjax.map.direction import surface_direction, turned_off
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level, block_rows
-from hrcjax.map.search import nearest_blocks
+from hrcjax.map.moments import point_shares, total
+from hrcjax.map.search import slots_near
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
 
-NEAREST = 16
-"""Blocks that a query near surfaces reads."""
 BLEND = (0.75, 0.97)
 """Between these shares of the reach of the search near a query it gives way to the search through the whole map [1]."""
-_LEAST_EXPONENT = -60.0
-_FAR_SQUARED = 1e6
-
-
-def _folded(two: Callable[[Array, Array], Array], a: Float[Array, "block voxel"]) -> Float[Array, "voxel"]:
-    """All blocks joined by a function of two, halves at a time: sums of whole rows are what a processor is fast at."""
-    while a.shape[0] > 1:
-        half = a.shape[0] // 2
-        joined = two(a[:half], a[half : 2 * half])
-        a = joined if a.shape[0] % 2 == 0 else jnp.concatenate([joined, a[2 * half :]])
-    return a[0]
-
-
-def _total(a: Float[Array, "block voxel"]) -> Float[Array, ""]:
-    return jnp.sum(_folded(jnp.add, a))
-
-
-def _kernels(
-    rows: Float[Array, "block 4 voxel"], length_scale: Float[Array, ""], x: Vector3
-) -> tuple[list[Array], Array, Array, Array]:
-    """Offsets from the points to x [m], their shares in the occupancy, its logarithm, and whether there is any."""
-    there = rows[:, 3] > 0
-    offsets = [x[a] - rows[:, a] for a in range(3)]
-    r2 = offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2
-    nearest = jnp.min(_folded(jnp.minimum, jnp.where(there, r2, jnp.inf)))
-    some = jnp.max(_folded(jnp.maximum, rows[:, 3])) > 0  # not by the distance: what is not a number is not free space
-    nearest = jax.lax.stop_gradient(jnp.where(some, nearest, 0.0))
-    r2 = jnp.where(there, r2, nearest + _FAR_SQUARED)
-    precision = 0.5 / length_scale**2
-    k = rows[:, 3] * jnp.exp(jnp.maximum(precision * (nearest - r2), _LEAST_EXPONENT))
-    total = jnp.where(some, _total(k), 1.0)
-    return offsets, k / total, jnp.log(total) - precision * nearest, some
 
 
 def read(
@@ -79,8 +46,8 @@ def rows_distance_and_gradient(
 ) -> tuple[Float[Array, ""], Vector3]:
     """`hrcjax.field.distance_and_gradient` of the points of some blocks, channel by channel [m], [1]."""
     scale = jnp.asarray(length_scale, x.dtype)
-    offsets, share, log_o, some = _kernels(rows, scale, x)
-    return read(log_o, jnp.stack([_total(share * d) for d in offsets]), some, scale)
+    offsets, share, log_o, some = point_shares(rows, scale, x)
+    return read(log_o, jnp.stack([total(share * d) for d in offsets]), some, scale)
 
 
 class BlockReading(NamedTuple):
@@ -117,9 +84,9 @@ def curvature_corrected(
 def read_blocks(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> BlockReading:
     """The distance of the points of some blocks, corrected for curvature; see `hrcjax.field.curvature`."""
     scale = jnp.asarray(length_scale, x.dtype)
-    d, share, log_o, some = _kernels(rows, scale, x)
-    c = [_total(share * e) for e in d]
-    second = [[_total(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
+    d, share, log_o, some = point_shares(rows, scale, x)
+    c = [total(share * e) for e in d]
+    second = [[total(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
     spread = jnp.stack([jnp.stack([second[max(i, j)][min(i, j)] for j in range(3)]) for i in range(3)])
     distance, flatness = curvature_corrected(log_o, jnp.stack(c), spread, some, scale)
     plain = jnp.where(some, scale * raised_root(-2.0 * log_o), FAR)
@@ -139,12 +106,6 @@ def far_share(layout: MapLayout, d: Float[Array, "*n"]) -> tuple[Float[Array, "*
     width = high - low
     t = jnp.clip((d - low) / width, 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
-
-
-def slots_near(layout: MapLayout, levels: tuple[Level, ...], x: Vector3) -> Int[Array, "block"]:
-    """Slots of the blocks of level 0 nearest to x, as far as within reach; the capacity: none."""
-    x = jax.lax.stop_gradient(x)
-    return nearest_blocks(layout, 0, levels[0], x, x, min(NEAREST, layout.capacity))[0]
 
 
 def slots_far(layout: MapLayout, levels: tuple[Level, ...], x: Vector3) -> Int[Array, "block"]:
@@ -173,18 +134,26 @@ def no_number(x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
 
 
 def map_distance_and_gradient(
-    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3, corrected: bool = True
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    ratio: Scalar,
+    x: Vector3,
+    corrected: bool = True,
+    oriented: bool = True,
 ) -> tuple[Float[Array, ""], Vector3]:
     """Distance to the mapped surfaces [m] and its gradient [1]; FAR and 0 if the map has no points, NaN where x is not
     finite.
 
-    Value and derivative of `map_distance`, in one pass.
+    Value and derivative of `map_distance`, in one pass; next to surfaces, within a length scale, a unit normal instead of the
+    derivative (`hrcjax.map.direction`).
 
     Args:
         ratio: length scale over spacing [1].
         corrected: take off what the curvature of convex surfaces adds to the kernel's inverse (`hrcjax.field.curvature`);
             False: the plain inverse, which reads too far over convex surfaces, but whose gradient has the better
             direction.
+        oriented: next to surfaces the gradient is the normal on the side of the sensor; False: the derivative everywhere,
+            which there fades out.
 
     Raises:
         ValueError: x is of integers.
@@ -194,6 +163,8 @@ def map_distance_and_gradient(
     far, away = read_slots(layout, levels, ratio, slots_far(layout, levels, x), x, False)
     share, slope = far_share(layout, near)
     g = (1 - share) * towards + share * away + slope * (far - near) * towards
+    if oriented:
+        g = turned_off(g, surface_direction(layout, levels, ratio, x), near, layout.scale_of(ratio))
     return near + share * (far - near) + no_number(x), g + no_number(x)
 
 

@@ -54,6 +54,16 @@ def nearest_blocks(
     return slots, jnp.minimum(jnp.max(-near), jnp.max(-octet_gap))
 
 
+NEAREST = 16
+"""Blocks that a query near surfaces reads."""
+
+
+def slots_near(layout: MapLayout, levels: tuple[Level, ...], x: Vector3) -> Int[Array, "block"]:
+    """Slots of the blocks of level 0 nearest to x, as far as within reach; the capacity: none."""
+    x = jax.lax.stop_gradient(x)
+    return nearest_blocks(layout, 0, levels[0], x, x, min(NEAREST, layout.capacity))[0]
+
+
 def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio: Scalar, count: int) -> GPField:
     """The Gaussian process near x: the points of the nearest blocks; which they are is a constant to derivatives. Its
     distance is not corrected for curvature.

@@ -1,5 +1,6 @@
 """Lumped weights of the points of blocks: one over the sum of the kernel over all points near."""
 
+import dataclasses
 from typing import Any
 
 import jax
@@ -102,4 +103,4 @@ def refit_round(
     grid = block_grid(base, base.place.at[slots].get(mode="fill", fill_value=1))
     scale = jnp.asarray(layout.scale_of(params.ratio), grid.dtype)
     rows = base.rows.at[slots, 3].set(lumped_weights(grid, scale, params), mode="drop")
-    return Level(base.slot, base.index, base.place, rows), stale.at[slots].set(False, mode="drop"), turn
+    return dataclasses.replace(base, rows=rows), stale.at[slots].set(False, mode="drop"), turn

@@ -58,7 +58,9 @@ def kept(levels) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def read(layout, levels):
-    return jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x, corrected=False)))
+    """Plain distances and their derivatives."""
+    how = {"corrected": False, "oriented": False}
+    return jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x, **how)))
 
 
 def queries(kept: np.ndarray, near: float, far: float, count: int = 400) -> np.ndarray:

@@ -12,9 +12,11 @@ from .survey import Survey, map_points
 
 QUERIES = 4096
 """Held-out query points of each case."""
+NO_GRADIENT = 1e-3
+"""A gradient shorter than this points nowhere [1]."""
 BOUND_RANGE = 0.2
 """Over-estimation by the bound is evaluated up to this distance [m]."""
-BANDS = (0.0, 0.01, 0.025, 0.05, 0.1, 0.2, 0.3)
+BANDS = (0.0, 0.005, 0.01, 0.025, 0.05, 0.1, 0.2, 0.3)
 """Edges of the distance bands for which errors are also given separately [m]."""
 
 Measures = dict[str, float]
@@ -54,6 +56,8 @@ def measure_case(case: Case, seen: Survey, seed: int) -> tuple[Measures, Queries
     found["settled"] = float(np.mean(clear))
     for name in ("ours", "plain", "nearest_map"):
         found[f"settled_cosine_{name}"] = float(np.mean(cosines(answers[name][1], asked.gradient)[clear]))
+    lost = (ours.distance == 0) | (np.linalg.norm(ours.gradient, axis=1) < NO_GRADIENT)
+    found["lost"] = float(np.max(exact[lost], initial=0.0))
     found["no_gradient"] = float(np.mean(np.linalg.norm(ours.plain_gradient, axis=1) == 0))
     near = exact < BOUND_RANGE
     found["over"] = float(np.percentile((ours.bound - exact)[near], 99))

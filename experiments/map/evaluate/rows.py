@@ -64,6 +64,10 @@ def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
         _mean(means, "cosine_exact_points"), "1, plain gradient, if all points of the map lay on the exact surfaces"
     )
     rows["settled.mean"] = row(_mean(means, "settled"), "1, share of such queries")
+    lost = 1e3 * max(mean["lost"] for mean in means.values())
+    rows["lost.worst"] = row(
+        lost, "mm from surfaces at most, where the distance is 0 or the gradient points nowhere", "< 5"
+    )
     rows["no_gradient.mean"] = row(_mean(means, "no_gradient"), "1, share of queries where the plain gradient is 0")
     for peer in ("nearest_map", "nearest_supported", "voxels_map", "voxels_supported"):
         ratio = max(mean["rmse_ours"] / mean[f"rmse_{peer}"] for mean in means.values())
@@ -74,7 +78,8 @@ def accuracy_rows(families: Mapping[str, Sequence[Measures]]) -> Rows:
         rows[f"rmse_at_{band}.mean"] = row(1e3 * _mean(means, f"band_rmse_{band}"), f"mm, {place}")
         nearest = f"mm, {place}, nearest point of the map"
         rows[f"rmse_nearest_map_at_{band}.mean"] = row(1e3 * _mean(means, f"band_rmse_nearest_{band}"), nearest)
-        rows[f"cosine_at_{band}.mean"] = row(_mean(means, f"band_cosine_{band}"), f"1, {place}")
+        bar = ">= 0.95" if band == "0_5" else None
+        rows[f"cosine_at_{band}.mean"] = row(_mean(means, f"band_cosine_{band}"), f"1, {place}", bar)
         rows[f"cosine_plain_at_{band}.mean"] = row(_mean(means, f"band_cosine_plain_{band}"), f"1, {place}, plain")
         rows[f"coverage_at_{band}.mean"] = row(_mean(means, f"band_cover_{band}"), f"1, {place}")
     rows |= far_rows(means)
