@@ -190,27 +190,32 @@ def _readings_of(
 ) -> Readings:
     """Readings of the queries of a group. The whole map is searched only if a query of it is far from everything."""
 
-    def each(slots: Callable[..., Array], corrected: bool) -> Readings:
-        return jax.vmap(lambda x: read_slots(layout, levels, ratio, slots(layout, levels, x), x, corrected))(x)
+    def each(slots: Int[Array, "query block"], corrected: bool) -> Readings:
+        return jax.vmap(lambda x, s: read_slots(layout, levels, ratio, s, x, corrected))(x, slots)
+
+    def found(near: bool) -> Int[Array, "query block"]:
+        return jax.vmap(lambda x: (slots_near if near else slots_far)(layout, levels, x))(x)
 
     few = x.shape[0] < GROUP
-    d, g = each(slots_near, corrected) if few else _near(layout, levels, ratio, x, corrected)
+    own = found(near=True) if few else None
+    d, g = _near(layout, levels, ratio, x, corrected) if own is None else each(own, corrected)
     share, slope = far_share(layout, d)
 
     def nothing() -> Readings:
         return jnp.full(d.shape, FAR, d.dtype), jnp.zeros_like(g)
 
     def whole_map() -> Readings:
-        return each(slots_far, False) if few else _far(layout, levels, ratio, x)
+        return each(found(near=False), False) if few else _far(layout, levels, ratio, x)
 
     if oriented:
         # only beside surfaces
         scale = layout.scale_of(ratio)
-        normal = jax.lax.cond(
-            jnp.any(is_near(d, scale)),
-            lambda: jax.vmap(lambda x: surface_direction(layout, levels, ratio, x))(x),
-            lambda: jnp.zeros_like(g),
-        )
+
+        def normals() -> Float[Array, "query 3"]:
+            slots = found(near=True) if own is None else own
+            return jax.vmap(lambda x, s: surface_direction(layout, levels, ratio, s, x))(x, slots)
+
+        normal = jax.lax.cond(jnp.any(is_near(d, scale)), normals, lambda: jnp.zeros_like(g))
         g = jax.vmap(lambda g, n, d: turned_off(g, n, d, scale))(g, normal, d)
     far, away = jax.lax.cond(jnp.any(~(share <= 0)), whole_map, nothing)
     mixed = (1 - share)[:, None] * g + share[:, None] * away + (slope * (far - d))[:, None] * g

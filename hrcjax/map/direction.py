@@ -12,9 +12,8 @@ import jax.numpy as jnp
 from hrcjax.map.layout import MapLayout
 from hrcjax.map.level import Level, block_rows
 from hrcjax.map.moments import point_shares, total
-from hrcjax.map.search import slots_near
 from hrcjax.numerics import safe_divide, safe_norm
-from hrcjax.typing import Array, Float, Scalar, Vector3
+from hrcjax.typing import Array, Float, Int, Scalar, Vector3
 
 NEAR = (0.4, 0.9)
 """Between these distances over the length scale the normal gives way to the gradient of the distance [1]."""
@@ -26,15 +25,17 @@ LEVELS = 127.0
 """Directions are remembered in parts of this."""
 
 
-def surface_direction(layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3) -> Vector3:
+def surface_direction(
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, slots: Int[Array, "block"], x: Vector3
+) -> Vector3:
     """Unit normal of the surface near x, on the side from which it was seen [1]; 0 where the points have none. A constant to
     derivatives.
 
     Args:
         ratio: length scale over spacing [1].
+        slots: of the blocks of level 0 nearest to x; the capacity: none.
     """
     at = jax.lax.stop_gradient(x)
-    slots = slots_near(layout, levels, at)
     scale = jnp.asarray(layout.scale_of(ratio), x.dtype)
     offsets, share, _, _ = point_shares(block_rows(levels[0], slots), scale, at)
     toward = levels[0].toward.at[slots].get(mode="fill", fill_value=0).astype(x.dtype) / LEVELS

@@ -93,6 +93,33 @@ def read_blocks(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Ve
     return BlockReading(distance, plain, flatness, share)
 
 
+def corrected_distance_and_gradient(
+    rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3
+) -> tuple[Float[Array, ""], Vector3]:
+    """Distance of the points of some blocks, corrected for curvature [m], and its gradient [1].
+
+    In closed form, as reverse derivatives of the sums take several times as long: with offsets c_i from the mean and shares
+    w_i, the derivative of a share is -w_i c_i / l^2, so that of the mean offset is I - S / l^2, and that of the spread S the
+    third moment over -l^2.
+    """
+    scale = jnp.asarray(length_scale, x.dtype)
+    offsets, share, log_o, some = point_shares(rows, scale, x)
+    mean = jnp.stack([total(share * o) for o in offsets])
+    c = [o - m for o, m in zip(offsets, mean, strict=True)]
+    entry = {(i, j): total(share * c[i] * c[j]) for i in range(3) for j in range(i + 1)}
+    spread = jnp.stack([jnp.stack([entry[max(i, j), min(i, j)] for j in range(3)]) for i in range(3)])
+
+    def distance(log_o: Float[Array, ""], mean: Vector3, spread: Matrix3) -> Float[Array, ""]:
+        return curvature_corrected(log_o, mean, spread, some, scale)[0]
+
+    d, (by_log, by_mean, by_spread) = jax.value_and_grad(distance, argnums=(0, 1, 2))(log_o, mean, spread)
+    form = sum(
+        (by_spread[i, j] + (by_spread[j, i] if i != j else 0.0)) * c[i] * c[j] for i in range(3) for j in range(i + 1)
+    )
+    third = jnp.stack([total(share * form * o) for o in c])
+    return d, by_mean - (by_log * mean + spread @ by_mean + third) / scale**2
+
+
 def far_range(layout: MapLayout) -> tuple[float, float]:
     """Between these distances the search near a query gives way to that through the whole map [m]."""
     low, high = (part * REACH * layout.edge_of(0) for part in BLEND)
@@ -124,7 +151,7 @@ def read_slots(
     """
     rows, scale = block_rows(levels[0], slots), layout.scale_of(ratio)
     if corrected:
-        return jax.value_and_grad(lambda x: read_blocks(rows, scale, x).distance)(x)
+        return corrected_distance_and_gradient(rows, scale, x)
     return rows_distance_and_gradient(rows, scale, x)
 
 
@@ -159,12 +186,13 @@ def map_distance_and_gradient(
         ValueError: x is of integers.
     """
     require_floating("map_distance_and_gradient", x=x)
-    near, towards = read_slots(layout, levels, ratio, slots_near(layout, levels, x), x, corrected)
+    slots = slots_near(layout, levels, x)
+    near, towards = read_slots(layout, levels, ratio, slots, x, corrected)
     far, away = read_slots(layout, levels, ratio, slots_far(layout, levels, x), x, False)
     share, slope = far_share(layout, near)
     g = (1 - share) * towards + share * away + slope * (far - near) * towards
     if oriented:
-        g = turned_off(g, surface_direction(layout, levels, ratio, x), near, layout.scale_of(ratio))
+        g = turned_off(g, surface_direction(layout, levels, ratio, slots, x), near, layout.scale_of(ratio))
     return near + share * (far - near) + no_number(x), g + no_number(x)
 
 
