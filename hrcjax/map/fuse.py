@@ -81,7 +81,7 @@ def fuse(
     work = working_blocks(layout, base, in_view, slot, state.frames)
     entries, seen = observe(layout, params, base, work, camera, view, slot)
     known = recall(state, base, entries)
-    fused = merge(params, camera, known, seen)
+    fused = merge(params, camera, view, known, seen)
     sight = look_at(params, base, work, entries, camera, view, known, seen, fused)
     verdict = _judge(params, known, seen, fused, sight, body)
 

@@ -164,8 +164,9 @@ def recall(state: FieldMap, base: Level, entries: Entries) -> Known:
     return Known(weight[0] > 0, points, weight[0], toward, *kept)
 
 
-def merge(params: MapParams, camera: Camera, known: Known, seen: Observed) -> Fused:
-    """Points of the map moved to the mean of both, weighed by their inverse variances."""
+def merge(params: MapParams, camera: Camera, view: View, known: Known, seen: Observed) -> Fused:
+    """Points of the map moved to the mean of both, weighed by their inverse variances. A view that nothing is seen through may be
+    from anywhere: it tells no direction to the sensor."""
     gain = jnp.where(seen.there, jnp.minimum(seen.information, 1.0 / params.least_deviation**2), 0.0)
     total = known.information + gain
     share = gain / jnp.where(total > 0, total, 1.0)
@@ -174,11 +175,10 @@ def merge(params: MapParams, camera: Camera, known: Known, seen: Observed) -> Fu
     way = sum((p - o) ** 2 for p, o in zip(points, known.points, strict=True))
     moves = jnp.where(known.exists & seen.there, way, 0.0)
     way = tuple(camera.position[a] - points[a] for a in range(3))
+    from_where = jnp.any(view.depth > 0)
     length = safe_sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-    toward = tuple(
-        jnp.where(known.exists, o + share * (safe_divide(w, length) - o), safe_divide(w, length))
-        for o, w in zip(known.toward, way, strict=True)
-    )
+    news = jnp.where(from_where, jnp.where(known.exists, share, 1.0), 0.0)
+    toward = tuple(o + news * (safe_divide(w, length) - o) for o, w in zip(known.toward, way, strict=True))
     return Fused(points, total, toward, seen.there & ~known.exists, moves)
 
 

@@ -29,7 +29,10 @@ def levels(layout, points_program):
     for points, eye in seen:
         points = np.resize(points, (6000, 3)) + random.normal(scale=0.002, size=(6000, 3))
         view = View(
-            jnp.asarray(points, jnp.float32), jnp.ones(6000, bool), jnp.full(6000, 4e-6), jnp.zeros((1, 1), jnp.float32)
+            jnp.asarray(points, jnp.float32),
+            jnp.ones(6000, bool),
+            jnp.full(6000, 4e-6),
+            jnp.full((1, 1), 1e-3, jnp.float32),
         )
         camera = d435i(jnp.asarray(eye, jnp.float32), jnp.asarray(CENTRE, jnp.float32), 1)
         state, report = points_program(state, camera, view)
@@ -78,6 +81,19 @@ def test_it_is_continuous_and_has_derivatives(layout, levels) -> None:
     assert np.abs(np.diff(g, axis=0)).max() < 0.05
     slope = jax.jit(jax.vmap(jax.jacfwd(lambda x: map_distance_and_gradient(layout, levels, RATIO, x)[1])))(x[::20])
     assert np.isfinite(slope).all()
+
+
+def test_a_view_from_nowhere_tells_no_side(layout, points_program) -> None:
+    """A cloud whose sensor is not known sees through nothing."""
+    points = jnp.asarray(np.random.default_rng(0).uniform([-0.3, -0.3, 0], [0.3, 0.3, 0.001], (6000, 3)), jnp.float32)
+    camera = d435i(jnp.asarray([0.0, 0.0, 1.5], jnp.float32), jnp.asarray([0.01, 0.0, 0.0], jnp.float32), 1)
+    for depth, told in ((0.0, False), (1e-3, True)):
+        view = View(points, jnp.ones(6000, bool), jnp.full(6000, 4e-6), jnp.full((1, 1), depth, jnp.float32))
+        state, _ = points_program(empty_map(layout), camera, view)
+        rows, toward = np.asarray(state.levels[0].rows), np.moveaxis(np.asarray(state.levels[0].toward), 1, 2)
+        there = rows[:, 3] > 0
+        assert there.sum() > 400 and not toward[~there].any()
+        assert (toward[there][:, 2] > 100).all() if told else not toward.any()
 
 
 def test_where_nothing_is_mapped_there_is_no_direction(layout) -> None:
