@@ -242,7 +242,7 @@ def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell:
     mapped, scene = own["map_cell"], world.scene
     fields = mapped.cell.field.fit(mapped.params.field, world.frames)
     now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
-    camera = np.asarray(cell_camera(scene).position)
+    cameras = np.asarray(cell_rig(scene).cameras.position)
     read = jax.jit(lambda x: mapped.cell.field.read(mapped.params.field, now, x))
     there = np.asarray(scene.mask)
     columns = zip(np.asarray(scene.center)[there], np.asarray(scene.size)[there], strict=True)
