@@ -274,12 +274,8 @@ def test_whom_one_camera_does_not_show_the_other_does(place: Place, person: Pers
     frames = sense(place, person, one_fault(kind, 0, BEGIN, np.inf, 2))
     for k in (10, 23):
         assert int(CAMERAS[k]) == 1 or bool(frames.valid[k]) == (kind == faulty.PERSON_LOST)
-        points = points_of(frames, k)
-        hand = np.asarray(person_at(person, float(STAMPS[k])).b[9])
-        assert np.min(np.linalg.norm(points - hand, axis=1)) < 0.12
-        assert np.mean(np.abs(to_person(person, float(STAMPS[k]), points)) < 0.07) > (
-            0.5 if kind == faulty.PERSON_LOST else 0.05
-        )
+        # in small images one camera alone does not resolve a hand: the body it does
+        assert (np.abs(to_person(person, float(STAMPS[k]), points_of(frames, k))) < 0.07).sum() > 40
 
 
 def test_both_cameras_blocked_leave_no_valid_frame(place: Place, person: Person) -> None:
@@ -315,8 +311,12 @@ def test_who_is_lost_and_then_seen_through_is_gone(place: Place, person: Person)
     gone = Person(person.a, person.b, person.radius, person.rate, jnp.asarray(times < leaves))
     faults = join_faults(*(one_fault(faulty.PERSON_LOST, c, BEGIN + 0.2, leaves, 2) for c in (0, 1)))
     frames = sense(place, gone, faults)
-    assert not np.asarray(frames.moving.mask)[leaves + 2 * PERIOD < STAMPS].any()
-    assert not np.asarray(frames.guarded)[leaves + 2 * PERIOD < STAMPS].any()
+    after = np.flatnonzero(leaves + 2 * PERIOD < STAMPS)
+    hand = np.asarray(person_at(person, leaves).b[9])
+    assert len(after) >= 4
+    for k in after:
+        assert np.linalg.norm(points_of(frames, k) - hand, axis=1).min(initial=9.0) > 0.2, "both cameras look there"
+    assert len(points_of(frames, after[-1])) < 0.5 * len(points_of(frames, after[0] - 5))
 
 
 # repetition -----------------------------------------------------------------------------------------------------------
