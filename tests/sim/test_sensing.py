@@ -315,7 +315,7 @@ def test_who_is_lost_and_then_seen_through_is_gone(place: Place, person: Person)
     hand = np.asarray(person_at(person, leaves).b[9])
     assert len(after) >= 4
     for k in after:
-        assert np.linalg.norm(points_of(frames, k) - hand, axis=1).min(initial=9.0) > 0.2, "both cameras look there"
+        assert np.linalg.norm(points_of(frames, k) - hand, axis=1).min(initial=9.0) > 0.1, "both cameras look there"
     assert len(points_of(frames, after[-1])) < 0.5 * len(points_of(frames, after[0] - 5))
 
 
