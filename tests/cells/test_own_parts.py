@@ -319,7 +319,7 @@ def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(ur5_world: tuple[Ce
 def test_gradients_of_a_part_are_made_unit_where_they_have_a_direction() -> None:
     g = jnp.asarray([[0.6, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
     np.testing.assert_allclose(unit_where_long(g), [[1, 0, 0], [0, 0.6, 0.8], [0, 0, 0.4], [0, 0, 0]])
-    assert FieldPart(GP_FIELD.fit, GP_FIELD.read).unit_gradients and not GP_FIELD.unit_gradients
+    assert GP_FIELD.unit_gradients and not FieldPart(GP_FIELD.fit, GP_FIELD.read, unit_gradients=False).unit_gradients
 
 
 def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, World]) -> None:
@@ -333,7 +333,7 @@ def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, Worl
 
 def test_two_people_are_held(ur5_world: tuple[Cell, World]) -> None:
     """Where one person's places would not do for both."""
-    cell = replace(ur5_world[0], people=2)
+    cell = replace(ur5_world[0], people=2, moving_points=400)
     scene = ur5_world[1].scene
     both = together(
         [motion_named(name, scene, seed, 2.0, 30.0) for seed, name in enumerate(("reach_in", "stand_and_work"))]
@@ -342,8 +342,8 @@ def test_two_people_are_held(ur5_world: tuple[Cell, World]) -> None:
     assert bool((together([both, motion_named("nobody", scene, 0, 2.0, 30.0)]).radius[28:] == -1).all())
     frames = make_world(cell, scene, both, cell_rig(scene, decimation=8), jax.random.key(0), SHORT).frames
     counts = np.asarray(frames.moving.mask).sum(axis=1)
-    assert frames.moving.mask.shape[1] == 2 * 576 and counts.max() > 576
-    assert (np.asarray(frames.beyond)[counts < 2 * 576] == FAR).all(), "everybody has points"
+    assert frames.moving.mask.shape[1] == 2 * 400 and counts.max() > 400
+    assert (np.asarray(frames.beyond)[counts < 2 * 400] == FAR).all(), "everybody has points"
     with pytest.raises(ValueError, match="records of one length"):
         together([both, motion_named("nobody", scene, 0, 1.0, 30.0)])
 
