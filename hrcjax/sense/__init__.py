@@ -1,6 +1,6 @@
 """Sensing: a depth camera, its noise, its faults and its health, and point clouds from its images."""
 
-from hrcjax.sense.camera import Camera, cell_camera, d435i, render_depth
+from hrcjax.sense.camera import Camera, d435i, render_depth
 from hrcjax.sense.faults import (
     FAULTS,
     Delivered,
@@ -23,6 +23,6 @@ from hrcjax.sense.noise import NoiseParams
 
 __all__ = [
     "FAULTS", "HEALTH_REASONS", "Camera", "Delivered", "FaultSchedule", "HealthParams", "HealthState", "NoiseParams",
-    "cell_camera", "d435i", "deliver", "describe_health", "initial_health", "join_faults", "judge_image", "no_faults",
+    "d435i", "deliver", "describe_health", "initial_health", "join_faults", "judge_image", "no_faults",
     "one_fault", "render_depth", "silent",
 ]  # fmt: skip

@@ -11,7 +11,6 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.ray import ray_box, ray_capsule, ray_column, ray_plane, ray_sphere
 from hrcjax.geom.rotation import look_at
 from hrcjax.typing import Array, Float, Int, Matrix3, Scalar, Vector3
-from hrcjax.world.place import path_middle
 from hrcjax.world.scene import COLUMN, FLOOR_Z, SPHERE, Scene, table_solid
 
 
@@ -58,18 +57,6 @@ def d435i(eye: Vector3, target: Vector3, decimation: int = 4) -> Camera:
         width=640 // decimation,
         height=480 // decimation,
     )
-
-
-def cell_camera(scene: Scene, decimation: int = 4) -> Camera:
-    """The camera of the cell: 1.3 m above the table, beside the path on the goal's side, looking at the path's midpoint.
-
-    From there the arm occludes neither the people at the +y edge nor the path.
-    """
-    middle = path_middle(scene)
-    dtype = middle.dtype
-    away = jnp.where(scene.goal[0] >= scene.start[0], 1.0, -1.0).astype(dtype)
-    eye = jnp.stack([middle[0] + 1.0 * away, middle[1] - 0.35, jnp.asarray(1.3, dtype)])
-    return d435i(eye, middle, decimation)
 
 
 def pixel_directions(camera: Camera) -> tuple[Float[Array, "height width"], Float[Array, "height width"]]:

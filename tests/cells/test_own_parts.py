@@ -5,6 +5,7 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,18 +21,33 @@ from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import NamedCell, find_cell
 from hrcjax.cells.results import evaluate
 from hrcjax.cells.ur5 import CELLS, make_cell
+from hrcjax.field import FAR
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.parameters import batch_params, leaf_names
 from hrcjax.numerics import unrolled_options
 from hrcjax.plan import path_curve
 from hrcjax.robot import COVER_MARGIN, arm_capsules, arm_from_model, control_points, load_arm, tool_frame, ur_xml
 from hrcjax.safety import SafetyDecision, SsmParams
-from hrcjax.sense import cell_camera
-from hrcjax.sim import GP_FIELD, Cell, FieldPart, Params, SafetyPart, Task, World, follow, make_world, tick
+from hrcjax.sense.rig import cell_rig
+from hrcjax.sim import (
+    GP_FIELD,
+    Cell,
+    FieldPart,
+    Params,
+    SafetyPart,
+    SenseParams,
+    Task,
+    World,
+    follow,
+    make_world,
+    tick,
+)
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_READING, Sensed, initial_state, unit_where_long
 from hrcjax.sweeps.sweepable import Metric
 from hrcjax.world import capsules_obstacle_distances, motion_named, scene_named, together
 
+SHORT = SenseParams(settled=1000.0)
+"""The set-up ends with the scan, though in small images the map has not settled."""
 PAGE = Path(__file__).parents[2] / "docs" / "own-parts.md"
 
 
@@ -70,7 +86,7 @@ def small_world(cell: Cell) -> World:
     """Nobody is there, and nothing is taken for somebody."""
     scene = scene_named("robotica", 0)
     person = motion_named("nobody", scene, 0, 2.0, 30.0)
-    world = make_world(cell, scene, person, cell_camera(scene, decimation=8), jax.random.key(0))
+    world = make_world(cell, scene, person, cell_rig(scene, decimation=8), jax.random.key(0), SHORT)
     return eqx.tree_at(lambda w: w.frames.moving.mask, world, jnp.zeros_like(world.frames.moving.mask))
 
 
@@ -222,19 +238,20 @@ def test_the_episode_the_monitor_and_the_metric_of_the_page(folder: Path, ur5_wo
 
 
 def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell: NamedCell, world: World) -> None:
-    """Beside the columns, where the camera of the set-up sees them, within the 5 cm of the map's spacing."""
+    """Beside the columns, on the sides of both cameras, as far as small images show them."""
     mapped, scene = own["map_cell"], world.scene
     fields = mapped.cell.field.fit(mapped.params.field, world.frames)
     now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
-    camera = np.asarray(cell_camera(scene).position)
+    cameras = np.asarray(cell_rig(scene).cameras.position)
     read = jax.jit(lambda x: mapped.cell.field.read(mapped.params.field, now, x))
     there = np.asarray(scene.mask)
-    for centre, size in zip(np.asarray(scene.center)[there], np.asarray(scene.size)[there], strict=True):
+    columns = zip(np.asarray(scene.center)[there], np.asarray(scene.size)[there], strict=True)
+    for (centre, size), camera in product(columns, cameras):
         towards = (camera - centre)[:2] / np.linalg.norm((camera - centre)[:2])
         for gap in (0.05, 0.1):
             x = np.array([*(centre[:2] + (size[0] + gap) * towards), min(0.12, 1.6 * centre[2])], np.float32)
             reading, exact = read(jnp.asarray(x)), float(np.min(Task(scene, world.q_start).distances(jnp.asarray(x))))
-            assert abs(float(reading.distance) - exact) < 0.03
+            assert abs(float(reading.distance) - exact) < 0.035  # seen in small images
             across = np.asarray(reading.gradient)[:2]
             assert across @ towards / np.linalg.norm(across) > 0.9 or gap > 0.05 or exact < gap - 1e-3
         assert float(reading.person_distance) > 5.0
@@ -255,7 +272,8 @@ def one_tick(cell: Cell, world: World, params: Params, qd: float = 0.3):
     now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
     state = initial_state(cell, world.q_start)
     state = eqx.tree_at(lambda s: s.arm.qd, state, jnp.full_like(world.q_start, qd))
-    sensed = Sensed(now, jnp.asarray(0.05, jnp.float32), jnp.asarray(True))
+    no = jnp.asarray(False)
+    sensed = Sensed(now, jnp.asarray(0.05, jnp.float32), ~no, no, jnp.zeros((), jnp.int32))
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params)
     return jax.jit(lambda p: tick(p, cell, curve, R, world.q_start, sensed, state)[1])(params)
 
@@ -301,7 +319,7 @@ def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(ur5_world: tuple[Ce
 def test_gradients_of_a_part_are_made_unit_where_they_have_a_direction() -> None:
     g = jnp.asarray([[0.6, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
     np.testing.assert_allclose(unit_where_long(g), [[1, 0, 0], [0, 0.6, 0.8], [0, 0, 0.4], [0, 0, 0]])
-    assert FieldPart(GP_FIELD.fit, GP_FIELD.read).unit_gradients and not GP_FIELD.unit_gradients
+    assert GP_FIELD.unit_gradients and not FieldPart(GP_FIELD.fit, GP_FIELD.read, unit_gradients=False).unit_gradients
 
 
 def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, World]) -> None:
@@ -315,15 +333,17 @@ def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, Worl
 
 def test_two_people_are_held(ur5_world: tuple[Cell, World]) -> None:
     """Where one person's places would not do for both."""
-    cell = replace(ur5_world[0], people=2)
+    cell = replace(ur5_world[0], people=2, moving_points=400)
     scene = ur5_world[1].scene
     both = together(
         [motion_named(name, scene, seed, 2.0, 30.0) for seed, name in enumerate(("reach_in", "stand_and_work"))]
     )
     assert both.radius.shape == (28,) and len(both.regions) == 28
     assert bool((together([both, motion_named("nobody", scene, 0, 2.0, 30.0)]).radius[28:] == -1).all())
-    frames = make_world(cell, scene, both, cell_camera(scene, decimation=8), jax.random.key(0)).frames
-    assert not np.asarray(frames.overflow).any() and int(np.asarray(frames.moving.mask).sum(axis=1).max()) > 576
+    frames = make_world(cell, scene, both, cell_rig(scene, decimation=8), jax.random.key(0), SHORT).frames
+    counts = np.asarray(frames.moving.mask).sum(axis=1)
+    assert frames.moving.mask.shape[1] == 2 * 400 and counts.max() > 400
+    assert (np.asarray(frames.beyond)[counts < 2 * 400] == FAR).all(), "everybody has points"
     with pytest.raises(ValueError, match="records of one length"):
         together([both, motion_named("nobody", scene, 0, 1.0, 30.0)])
 

@@ -13,10 +13,11 @@ from hrcjax.cells.people import PERSON_RATE, make_people, make_person
 from hrcjax.cells.problem import build_problem
 from hrcjax.cells.results import BROKEN
 from hrcjax.cells.worlds import DESCRIBED, describe
+from hrcjax.field import GridLayout, fit_grid
 from hrcjax.geom.cloud import Cloud
 from hrcjax.lab.errors import UsageError
 from hrcjax.robot import load_arm
-from hrcjax.sense import cell_camera
+from hrcjax.sense.rig import cell_rig
 from hrcjax.sim import Frames, World
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_TORQUE, TORQUE_LIMITED
 from hrcjax.sweeps.settings import make_settings
@@ -31,8 +32,9 @@ def problem():
 def test_what_is_stored_of_a_world_is_the_world() -> None:
     scene = scene_named("clutter", 1)
     person = make_people("reach_in", scene, 1, 2.0, 1)
-    no, cloud = jnp.zeros(1, bool), Cloud(jnp.zeros((1, 3)), jnp.zeros(1, bool))
-    frames = Frames(cloud, Cloud(cloud.points[None], no[None]), jnp.zeros(1), no, no, no[0])
+    no, row, one = jnp.zeros(1, bool), jnp.zeros(1), jnp.zeros(1, jnp.int32)
+    field = fit_grid(GridLayout((0.0, 0.0, 0.0), (4, 4, 4), 0.1), jnp.zeros((4, 4, 4)))
+    frames = Frames(field, Cloud(jnp.zeros((1, 1, 3)), no[None]), row, row, one, no, one[None], no, no[0])
     kept = {name: np.asarray(array) for name, array in describe(World(scene, person, frames, jnp.zeros(6))).items()}
     assert list(kept) == list(DESCRIBED)
     for name, trace in DESCRIBED.items():
@@ -48,14 +50,15 @@ def test_what_is_stored_of_a_world_is_the_world() -> None:
 def test_a_world_is_sensed_with_its_own_scene_people_camera_and_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(worlds, "make_world", lambda *arguments: arguments)
     cell = replace(make_cell(), ticks=250, people=2)
-    got, scene, person, camera, key = worlds.build_world(cell, "clutter", "reach_in", 3)  # pyright: ignore[reportGeneralTypeIssues]
+    got, scene, person, rig, key = worlds.build_world(cell, "clutter", "reach_in", 3)  # pyright: ignore[reportGeneralTypeIssues]
     assert got is cell
     np.testing.assert_array_equal(scene.center, scene_named("clutter", 3).center)
     assert person.a.shape[0] == round(250 * 0.008 * PERSON_RATE) + 1, "as long as the episode"
     expected = make_people("reach_in", scene, 3, 2.0, 2)
     np.testing.assert_array_equal(person.a, expected.a)
     np.testing.assert_array_equal(person.radius, expected.radius)
-    np.testing.assert_array_equal(camera.position, cell_camera(scene).position)
+    np.testing.assert_array_equal(rig.cameras.position, cell_rig(scene).cameras.position)
+    assert rig.rates == (15.0, 15.0) and rig.hand is not None
     np.testing.assert_array_equal(jax.random.key_data(key), jax.random.key_data(jax.random.key(3)))
 
 

@@ -14,10 +14,11 @@ import numpy as np
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import point_segment_distance
 from hrcjax.robot import Arm, arm_capsules, load_arm, with_tool
-from hrcjax.sense import Camera, HealthParams, NoiseParams, cell_camera, d435i, faults, health
+from hrcjax.sense import Camera, HealthParams, NoiseParams, d435i, faults, health
 from hrcjax.sense.camera import render_capsules, render_scene
 from hrcjax.sense.look import look, same_share
 from hrcjax.sense.noise import measure
+from hrcjax.sense.rig import cell_rig
 from hrcjax.world import Person, Scene, motion_named, scene_named
 from hrcjax.world.person import person_at
 from hrcjax.world.place import path_middle, standing_place
@@ -51,10 +52,10 @@ KINDS = {
 
 
 def drawn_camera(scene: Scene, draw: np.random.Generator, decimation: int) -> Camera:
-    """The cell's camera, one opposite, or one near the person: 0.8 to 2 m from where people are."""
+    """The cell's first camera, one opposite, or one near the person: 0.8 to 2 m from where people are."""
     which = int(draw.integers(3))
     if which == 0:
-        return cell_camera(scene, decimation)
+        return jax.tree.map(lambda a: a[0], cell_rig(scene, decimation=decimation).cameras)
     middle = np.asarray(path_middle(scene), float)
     if which == 1:
         eye = np.array([draw.choice([-1.0, 1.0]) * draw.uniform(0.8, 1.2), -0.35, 0.0]) + middle

@@ -258,6 +258,28 @@ def test_one_image_grows_by_some_voxels_at_most() -> None:
     np.testing.assert_array_equal(lost_of(after), grown(before, hidden_of(after), MOST_STEPS))
 
 
+def test_who_is_lost_does_not_spread_behind_people_in_view() -> None:
+    """One of two is no longer measured: hidden space beside the other is filled, what the other hides is not."""
+    one = somebody(-0.5, 0.0, 0.2)
+    both = np.minimum(one, somebody(0.4, 0.0, 0.2))
+    track = start()
+    for t in (0.1, 0.2):
+        for camera in (0, 1):
+            track = look(track, camera, t, both)
+    dark = hole(-0.3, 0.95, -0.6, 0.6)
+    dark = np.where(one < FLOOR, one, dark)
+    for camera in (0, 1):
+        track = look(track, camera, 0.21, dark)
+    first = lost_of(track)
+    for t in np.arange(0.25, 1.2, 0.05):
+        for camera in (0, 1):
+            track = look(track, camera, t, dark)
+    shadow, last = grid_of(BOX, union(track.shadow)), lost_of(track)
+    beside = binary_dilation(last & ~shadow, CORNERS) & shadow & hidden_of(track)
+    assert last.sum() > 1.3 * first.sum() and (beside & ~first).any(), "it came up to what the other hides"
+    assert not (last & shadow & ~first).any()
+
+
 # pockets --------------------------------------------------------------------------------------------------------------
 
 

@@ -45,8 +45,10 @@ def test_cameras_are_mirrored_about_the_path_and_the_first_is_beside_the_goal(na
     np.testing.assert_allclose(np.abs(eyes[:, 0] - middle[0]), EYE[0], atol=1e-6)
     np.testing.assert_allclose(eyes[:, 1], middle[1] - EYE[1], atol=1e-6)
     np.testing.assert_allclose(eyes[:, 2], EYE[2], atol=1e-6)
-    assert (eyes[0, 0] - middle[0]) * float(scene.goal[0] - scene.start[0]) > 0 > (eyes[1, 0] - middle[0]) * float(
-        scene.goal[0] - scene.start[0]
+    assert (
+        (eyes[0, 0] - middle[0]) * float(scene.goal[0] - scene.start[0])
+        > 0
+        > (eyes[1, 0] - middle[0]) * float(scene.goal[0] - scene.start[0])
     )
 
 

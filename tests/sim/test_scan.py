@@ -1,5 +1,7 @@
 """The set-up motion: every look is reached, within the joints' ranges, and no link touches what stands there."""
 
+from itertools import pairwise
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -27,7 +29,7 @@ def scanned(cell: Cell):
 
 @pytest.mark.parametrize(("name", "seed"), [("robotica", 0), ("hri", 0), ("clutter", 1), ("clutter", 2)])
 def test_looks_are_reached_and_the_last_posture_is_the_start(cell: Cell, scanned, name: str, seed: int) -> None:
-    scene, q_start, postures = scanned(name, seed)
+    _, q_start, postures = scanned(name, seed)
     assert postures.dtype == q_start.dtype
     np.testing.assert_array_equal(postures[-1], q_start)
     looks = np.asarray(postures[:-1])
@@ -63,7 +65,7 @@ def test_the_arm_stays_clear_of_what_stands_in_the_papers_cell(cell: Cell, scann
     scene, _, postures = scanned("robotica", 0)
     share = np.linspace(0, 1, 9)[:-1, None]
     q = np.asarray(postures, float)
-    way = np.concatenate([a + share * (b - a) for a, b in zip(q[:-1], q[1:], strict=True)])
+    way = np.concatenate([a + share * (b - a) for a, b in pairwise(q)])
     gaps = jax.jit(jax.vmap(lambda q: jnp.min(capsules_obstacle_distances(scene, arm_capsules(cell.arm, q)))))
     assert float(gaps(postures[:-1]).min()) > 0.05
     assert float(gaps(jnp.asarray(way[:-8], jnp.float32)).min()) > 0.03
