@@ -9,12 +9,15 @@ from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR
 from hrcjax.presence.params import PresenceParams
 from hrcjax.presence.track import BODY, Empty, Track, live_cameras, union
-from hrcjax.presence.voxels import VoxelLayout, centres, count_voxels, grow, unpack_columns, within
+from hrcjax.presence.voxels import Columns, VoxelLayout, centres, grow, pack_columns, unpack_columns, within
 from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float
 
-CANDIDATES = 3072
-"""Voxels among which the nearest to the robot's base are chosen."""
+COARSE_FROM = 1.1
+"""Distance from the robot's base beyond which 2 x 2 x 2 voxels share a point, farther than the arm reaches; those of hidden
+space share one everywhere [m]."""
+NEAR_CANDIDATES, FAR_CANDIDATES = 1536, 1024
+"""Fine and coarse points, among which the nearest to the base are chosen."""
 
 
 class Presence(eqx.Module):
@@ -25,7 +28,7 @@ class Presence(eqx.Module):
     beyond: Float[Array, "*frame"]
     """Everything that has no point in the cloud is farther from the robot's base than this [m]."""
     lost: Bool[Array, "*frame"]
-    """True while somebody may be hidden who was measured before."""
+    """True while somebody may be hidden, not only behind people in view, who was measured before."""
 
 
 def presence_cloud(
@@ -49,22 +52,47 @@ def presence_cloud(
     behind = grow(layout, people, BODY) & ~union(track.free, live) & empty.watched
     hidden = behind | track.lost
     shell = hidden & ~within(layout, hidden | people) & ~people
-    wanted = people | shell
-
-    chosen = jnp.nonzero(unpack_columns(layout, wanted), size=CANDIDATES, fill_value=layout.count)[0]
-    there = chosen < layout.count
-    rows = track.sums.at[:, chosen].get(mode="fill", fill_value=0)
-    row = jnp.sum(jnp.where(live[:, None, None], rows, 0.0), axis=0)
-    middle = centres(layout, dtype).at[chosen].get(mode="fill", fill_value=0)
-    mean = row[:, 1:] / jnp.maximum(row[:, :1], 1.0)
-    occupied = unpack_columns(layout, people).at[chosen].get(mode="fill", fill_value=False)
-    points = jnp.where(occupied[:, None], mean, middle)
+    near = pack_columns(layout, jnp.sum(centres(layout, dtype) ** 2, axis=1) < COARSE_FROM**2)
+    fine = _points(layout, track, live, people, people & near, 1, NEAR_CANDIDATES)
+    coarse = _points(layout, track, live, people, (people & ~near) | shell, 2, FAR_CANDIDATES)
+    points, occupied, there = (jnp.concatenate(pair) for pair in zip(fine[:3], coarse[:3], strict=True))
+    over = fine[3] | coarse[3]
     # the robot's own space holds nobody
     there = there & (occupied | remove_body(Cloud(points, there), robot, 1.0, 0.0).mask)
     square = jnp.where(there, jnp.sum(points * points, axis=1), jnp.inf)
-    negative, best = jax.lax.top_k(-square, min(capacity + 1, CANDIDATES))
+    negative, best = jax.lax.top_k(-square, min(capacity + 1, square.size))
     mask = jnp.isfinite(negative[:capacity])
     kept = jnp.where(mask[:, None], points[best[:capacity]], 0.0)
-    over = count_voxels(wanted) > CANDIDATES
     beyond = jnp.where(over, 0.0, jnp.sqrt(jnp.where(jnp.isfinite(negative[-1]), -negative[-1], FAR * FAR)))
-    return Presence(Cloud(kept, mask), beyond.astype(dtype), jnp.any(track.lost != 0))
+    return Presence(Cloud(kept, mask), beyond.astype(dtype), track.unsure)
+
+
+def _points(
+    layout: VoxelLayout, track: Track, live: Array, people: Columns, wanted: Columns, merge: int, most: int
+) -> tuple[Array, Array, Array, Array]:
+    """A point for each cube of `merge` voxels of a set: the mean of what was measured in it, else its middle.
+
+    Returns:
+        the points [m], whether they were measured, whether they exist, and whether there were more than `most`.
+    """
+    dtype, shape = track.time.dtype, layout.shape
+
+    def cubes(columns: Columns) -> Bool[Array, "x y z"]:
+        grid = unpack_columns(layout, columns).reshape(shape)
+        split = grid.reshape(shape[0] // merge, merge, shape[1] // merge, merge, shape[2] // merge, merge)
+        return jnp.any(split, axis=(1, 3, 5))
+
+    filled = cubes(wanted)
+    x, y, z = jnp.nonzero(filled, size=most, fill_value=-1)
+    there = x >= 0
+    corner = jnp.stack([x, y, z], axis=-1) * merge
+    steps = jnp.stack(jnp.meshgrid(*[jnp.arange(merge)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    cell = jnp.maximum(corner[:, None] + steps, 0)
+    index = (cell[..., 0] * shape[1] + cell[..., 1]) * shape[2] + cell[..., 2]
+    shown = unpack_columns(layout, people)[index]
+    rows = jnp.sum(jnp.where(live[:, None, None, None], track.sums[:, index], 0.0), axis=0)
+    row = jnp.sum(jnp.where(shown[..., None], rows, 0.0), axis=1)
+    measured = there & (row[:, 0] > 0)
+    middle = jnp.asarray(layout.lower, dtype) + layout.edge * (corner.astype(dtype) + 0.5 * merge)
+    points = jnp.where(measured[:, None], row[:, 1:] / jnp.maximum(row[:, :1], 1.0), middle)
+    return points, measured, there, jnp.sum(filled) > most

@@ -17,6 +17,8 @@ class Found(NamedTuple):
 
     sums: Float[Array, "voxel 4"]
     """Of every voxel the number of its points and the sum of their positions [1], [m]."""
+    shown: Float[Array, "height width"]
+    """Depth of the pixels that show somebody; 0: others [m]."""
     occupied: Columns
     """Voxels with enough of these, or some beside where somebody was a moment ago."""
 
@@ -42,7 +44,8 @@ def find_people(
     """
     marked = jnp.where(foreground(params, depth, settled, robot), depth, 0.0)
     kept = supported(marked, params.support_gap * jnp.maximum(marked, 1.0))
-    cloud = deproject(camera, jnp.where(kept, marked, 0.0))
+    shown = jnp.where(kept, marked, 0.0)
+    cloud = deproject(camera, shown)
     inside = cloud.mask & jnp.all((cloud.points > box[0]) & (cloud.points < box[1]), axis=-1)
     voxel = jnp.where(inside, voxel_of(layout, cloud.points), layout.count)
     rows = jnp.concatenate([jnp.ones_like(cloud.points[:, :1]), cloud.points], axis=1)
@@ -50,4 +53,4 @@ def find_people(
     count = sums[:, 0]
     enough = pack_columns(layout, count >= params.least_pixels)
     occupied = enough | (pack_columns(layout, count > 0) & grow(layout, before))
-    return Found(sums, occupied)
+    return Found(sums, shown, occupied)

@@ -23,8 +23,5 @@ class PresenceParams(eqx.Module):
     """Pixels that make a voxel occupied at once; fewer do where somebody was a moment ago [1]."""
     speed: Scalar = 1.6
     """Speed at which a person who was lost from sight may spread where no camera looks (ISO 13855) [m/s]."""
-    whole: Scalar = 150.0
-    """Hidden space of more voxels than this may hold a whole person; a smaller pocket that hangs together neither with a
-    person in view nor with the outside holds nobody [1]."""
     late: Scalar = 1.6
     """A camera without a good image for this many of its periods does not count any more [1]."""

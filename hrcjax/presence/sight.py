@@ -42,17 +42,28 @@ def least_around(image: Float[Array, "height width"]) -> Float[Array, "height wi
 
 
 def seen_free(
-    layout: VoxelLayout, params: PresenceParams, sight: Sight, depth: Float[Array, "height width"]
+    layout: VoxelLayout, params: PresenceParams, sight: Sight, depth: Float[Array, "height width"], surely: float = 1.0
 ) -> Columns:
     """The voxels that an image sees through: all measured pixels about its middle lie behind it.
 
     Args:
         depth: 0: no measurement, which sees through nothing [m].
+        surely: times the usual margin of noise [1].
     """
     seen = least_around(depth).reshape(-1)
     far = seen[jnp.maximum(sight.pixel, 0)]
-    beyond = sight.depth + 0.5 * layout.edge + params.deviations * params.pixel_noise * sight.depth**2
+    beyond = sight.depth + 0.5 * layout.edge + surely * params.deviations * params.pixel_noise * sight.depth**2
     return pack_columns(layout, (sight.pixel >= 0) & (far > beyond))
+
+
+def seen_behind(layout: VoxelLayout, sight: Sight, shown: Float[Array, "height width"]) -> Columns:
+    """The voxels behind what an image shows, and in the ring of two pixels about it, where it sees nothing through.
+
+    Args:
+        shown: depth of the pixels that show somebody; 0: others [m].
+    """
+    front = least_around(least_around(jnp.where(shown > 0, shown, jnp.inf))).reshape(-1)[jnp.maximum(sight.pixel, 0)]
+    return pack_columns(layout, (sight.pixel >= 0) & (front < sight.depth))
 
 
 def all_sights(layout: VoxelLayout, cameras: Camera) -> Sight:

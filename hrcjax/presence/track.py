@@ -1,8 +1,8 @@
 """Where a person may be, image by image: what is measured, what lies hidden behind it, and what was lost from sight.
 
 A person who was measured and is not measured now stays, and spreads at the assumed speed through everything that no
-camera sees, until it is seen through. Space that a camera sees to be free holds nobody. Hidden pockets that hang together
-neither with a person in view nor with the outside, and are too small for a whole person, hold nobody either.
+camera sees, until it is seen through. Space that a camera sees to be free holds nobody. Hidden pockets that do not hang
+together with a person in view, and are too small for a trunk, hold nobody either.
 """
 
 import equinox as eqx
@@ -11,15 +11,22 @@ import jax.numpy as jnp
 
 from hrcjax.presence.detect import find_people
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.sight import Sight, seen_free
-from hrcjax.presence.voxels import Columns, VoxelLayout, all_voxels, count_voxels, grow
+from hrcjax.presence.sight import Sight, seen_behind, seen_free
+from hrcjax.presence.voxels import Columns, VoxelLayout, all_voxels, count_voxels, grow, within
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, UInt, Vector3
 
 BODY = 2
 """Voxels by which a body is taken to reach behind and beside its measured surface, where no camera sees that it does not."""
-REACHED = 12
-"""Voxels along which a hidden pocket is followed back to a person in view or to the outside."""
+REACHED = 20
+"""Voxels along which hidden space is followed back to a person in view, or to space for a body: more than an arm's length."""
+CORE = 2
+"""Hidden space may hold a whole person if some voxel of it is this far from its surface: 25 cm across, a trunk."""
+LEAST_LOST = 8
+"""Voxels of hidden space that may hold a hand: one litre."""
+SURELY = 2.0
+"""Voxels are watched if the settled picture shows them free with this many times the usual margin of noise: single images
+then do, too."""
 MOST_STEPS = 3
 """Voxels by which hidden space grows at one image, at most."""
 
@@ -48,6 +55,10 @@ class Track(eqx.Module):
     """Points of each camera's last good image, by voxel; see `Found`."""
     occupied: UInt[Array, "camera x y"]
     """Voxels in which it showed somebody."""
+    sure: UInt[Array, "camera x y"]
+    """Those of them beside which somebody had been shown before: not flying pixels of one image."""
+    shadow: UInt[Array, "camera x y"]
+    """Voxels behind people whom it shows."""
     free: UInt[Array, "camera x y"]
     """Voxels that each camera's last good image saw through."""
     lost: Columns
@@ -56,13 +67,15 @@ class Track(eqx.Module):
     """Way that hidden space has yet to grow [m]."""
     missing: Bool[Array, ""]
     """True while a camera does not deliver."""
+    unsure: Bool[Array, ""]
+    """True while somebody may be in hidden space that is not behind people in view."""
 
 
 def survey_empty(
     layout: VoxelLayout, params: PresenceParams, settled: Float[Array, "camera height width"], sight: Sight
 ) -> Empty:
     """What the stationary cameras watch, from their settled pictures of the empty cell."""
-    watched = union(jax.vmap(lambda s, d: seen_free(layout, params, s, d))(sight, settled))
+    watched = union(jax.vmap(lambda s, d: seen_free(layout, params, s, d, SURELY))(sight, settled))
     x, y = (jnp.arange(n, dtype=jnp.int32) for n in layout.shape[:2])
     side = (x[:, None] == 0) | (x[:, None] == layout.shape[0] - 1) | (y == 0) | (y == layout.shape[1] - 1)
     sides = jnp.where(side, all_voxels(layout), 0)
@@ -90,10 +103,13 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         time=time,
         sums=jnp.zeros((cameras, layout.count, 4), dtype),
         occupied=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        sure=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        shadow=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         lost=jnp.zeros(layout.shape[:2], jnp.uint32),
         growth=jnp.zeros((), dtype),
         missing=jnp.asarray(False),
+        unsure=jnp.asarray(False),
     )
 
 
@@ -136,17 +152,21 @@ def update_track(
     sight = jax.tree.map(lambda a: a[index], empty.sight)
     before = union(track.occupied)
     found = find_people(layout, params, camera, depth, empty.settled[index], robot, box, before)
-    free = seen_free(layout, params, sight, depth)
+    free, shadow = seen_free(layout, params, sight, depth), seen_behind(layout, sight, found.shown)
+    near = grow(layout, before, BODY)
     stamp = track.stamp.at[index].set(jnp.where(good, exposed, track.stamp[index]))
     after = Track(
         stamp=stamp,
         time=exposed,
         sums=track.sums.at[index].set(jnp.where(good, found.sums, track.sums[index])),
         occupied=track.occupied.at[index].set(jnp.where(good, found.occupied, track.occupied[index])),
+        sure=track.sure.at[index].set(jnp.where(good, found.occupied & near, track.sure[index])),
+        shadow=track.shadow.at[index].set(jnp.where(good, shadow, track.shadow[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
         growth=track.growth,
         missing=track.missing,
+        unsure=track.unsure,
     )
     live = live_cameras(params, after, exposed, period)
     missing = ~jnp.all(live)
@@ -154,16 +174,22 @@ def update_track(
 
     # what was measured and is neither measured nearby now, nor seen through
     reach = grow(layout, union(after.occupied, live), BODY)
-    lost = track.lost | (before & ~reach)
+    lost = track.lost | (grow(layout, union(track.sure) & ~reach, BODY))
     # while a camera is missing, somebody may come in where the others do not look
     lost = jnp.where(missing, lost | empty.outside, lost)
     way = track.growth + params.speed * jnp.maximum(exposed - track.time, 0.0)
     steps = jnp.minimum(jnp.floor(way / layout.edge), MOST_STEPS)
-    lost = jax.lax.fori_loop(0, steps.astype(jnp.int32), lambda _, known: grow(layout, known) & hidden, lost & hidden)
-    # hidden pockets that hang together with nobody
-    anchors = grow(layout, reach | empty.outside)
-    anchored = jax.lax.fori_loop(0, REACHED, lambda _, known: lost & grow(layout, known), lost & anchors)
-    large = count_voxels(lost).astype(exposed.dtype) > params.whole
-    lost = jnp.where(large, lost, anchored)
+    # behind people in view it does not spread: there they hide parts of themselves, which come into view as they move
+    open_to = lost | (hidden & ~union(after.shadow, live))
+    lost = jax.lax.fori_loop(
+        0, steps.astype(jnp.int32), lambda _, known: grow(layout, known) & open_to & hidden, lost & hidden
+    )
+    # hidden pockets that hang together with nobody, and are too small for a body
+    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), lost)
+    anchors = grow(layout, reach | jnp.where(missing, empty.outside, 0)) | body
+    lost = jax.lax.fori_loop(0, REACHED, lambda _, known: lost & grow(layout, known), lost & anchors)
     growth = jnp.minimum(way - steps * layout.edge, layout.edge)
-    return eqx.tree_at(lambda t: (t.lost, t.growth, t.missing), after, (lost, growth, missing))
+    unsure = count_voxels(lost & ~union(after.shadow, live)) >= LEAST_LOST
+    return eqx.tree_at(
+        lambda t: (t.lost, t.growth, t.missing, t.unsure), after, (lost, growth, missing, unsure)
+    )

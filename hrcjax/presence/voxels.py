@@ -28,10 +28,10 @@ class VoxelLayout:
         """Refuses boxes that are too high.
 
         Raises:
-            ValueError: more than 32 voxels along z, or fewer than 3 along an edge.
+            ValueError: more than 32 voxels along z, fewer than 4 along an edge, or an odd number.
         """
-        if self.shape[2] > HIGHEST or min(self.shape) < 3:
-            raise ValueError(f"{self}: accepted are at least 3 voxels along each edge, and at most {HIGHEST} along z")
+        if self.shape[2] > HIGHEST or min(self.shape) < 4 or any(n % 2 for n in self.shape):
+            raise ValueError(f"{self}: accepted are even numbers of at least 4 voxels along each edge, and at most {HIGHEST} along z")
 
     @property
     def count(self) -> int:

@@ -11,6 +11,7 @@ from hrcjax.geom.cloud import Cloud
 from hrcjax.numerics import safe_norm, unit
 from hrcjax.plan import PathResult, PlanParams, PlanSizes, plan
 from hrcjax.policy import JointLimits, PolicyParams, policy_acceleration
+from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.safety import (
     SafetyDecision,
     SafetyParams,
@@ -34,6 +35,9 @@ from hrcjax.sim.parts import (
 )
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Float, Joints, Vector3
+
+COARSE_EDGE = 0.1
+"""Edge of the cubes that share a point beyond `COARSE_FROM` [m]."""
 
 
 def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
@@ -82,7 +86,7 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     """Distances to everything and to people. The latter is a lower bound at the exposure of the image, term by term:
 
     - the nearest moving point is not nearer than `nearest_bound`: no bias of convex bodies;
-    - the person reaches beyond the points by `spread`, and by `person_noise` of the depth camera;
+    - the person reaches beyond the points by `spread`, or `far_spread` where they are coarse, and by `person_noise` of the depth camera;
     - whoever has no point in the cloud is farther from the base than `People.beyond`.
 
     What a person moves after the exposure is in S_p, by its reaction time.
@@ -90,7 +94,11 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     people: People = fields.moving
     both = scene_and_people(fields.static, people.field, x)
     least = nearest_bound(both.people.log_occupancy, people.log_least, people.field.length_scale)
-    least = jnp.where(both.people.some, least - params.spread - params.person_noise, FAR)
+    # which points answer: their mean, under the kernel's weights
+    away_from_base = safe_norm(x - both.people.offset)
+    share = jnp.clip((away_from_base - COARSE_FROM) / COARSE_EDGE + 1.0, 0.0, 1.0)
+    spread = params.spread + share * (params.far_spread - params.spread)
+    least = jnp.where(both.people.some, least - spread - params.person_noise, FAR)
     away = jnp.where(both.people.some, unit(both.people.offset), 0.0)
     room = people.beyond - safe_norm(x)
     nearer = room < least
