@@ -84,7 +84,5 @@ def parse(argv: Sequence[str]) -> SensingConfig:
     """
     name = config_name(argv, SensingConfig.config)
     start = replace(read_config(SensingConfig, "sensing", name), config=name)
-    config = parse_options(
-        SensingConfig, argv, "python -m experiments.sensing", description=DESCRIPTION, default=start
-    )
+    config = parse_options(SensingConfig, argv, "python -m experiments.sensing", description=DESCRIPTION, default=start)
     return reduced(config) if config.quick else config

@@ -22,11 +22,11 @@ KINDS = {
     "late": LATE,
     "skewed": SKEWED,
 }
-BESIDE = ("reach_in", "pass_by", "stand_and_work")
-"""People beside whom cameras fail."""
+BESIDE = ("reach_in", "stand_and_work", "pass_by")
+"""People beside whom cameras fail, in this order until there are enough moments."""
 LASTS = 0.4
 """Length of a fault [s]."""
-EVERY = 0.9
+EVERY = 0.7
 """Least time between the begins of two [s]."""
 NEAR = 1.5
 """Faults begin while the person is nearer than this [m]."""
@@ -45,14 +45,19 @@ class Window:
     end: float
 
 
-def near_times(t: NDArray, distance: NDArray, count: int) -> list[float]:
-    """Up to `count` begins of faults while a person is near, spread over the episode [s]."""
+def near_times(t: NDArray, distance: NDArray, count: int, shift: float = 0.0) -> list[float]:
+    """Up to `count` begins of faults while a person is near, `EVERY` apart [s].
+
+    Args:
+        distance: of the person, when no camera fails [m].
+        shift: of the first begin [s].
+    """
     usable = t[(distance < NEAR) & (t > 0.3) & (t < t[-1] - LASTS - AFTER)]
     chosen: list[float] = []
-    for time in np.quantile(usable, np.linspace(0, 1, max(count, 2)), method="nearest") if len(usable) else ():
-        if not chosen or time >= chosen[-1] + EVERY:
+    for time in usable[usable >= usable[0] + shift] if len(usable) else ():
+        if len(chosen) < count and (not chosen or time >= chosen[-1] + EVERY):
             chosen.append(float(time))
-    return chosen[:count]
+    return chosen
 
 
 def windows_of(times: list[float], cameras: int, turn: int) -> list[Window]:

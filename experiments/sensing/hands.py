@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from hrcjax.geom.capsules import Capsules
 from hrcjax.presence import centres, unpack_columns
 from hrcjax.robot import arm_capsules
+from hrcjax.sense import no_faults
 from hrcjax.sense.camera import render_capsules
 from hrcjax.sim.prepare import stage_for
 from hrcjax.sim.watch import initial_watch, people_seen, watch_image
-from hrcjax.sense import no_faults
 from hrcjax.typing import Array
 from hrcjax.world import Person
 from hrcjax.world.person import person_at
 
-from .truth import arm_axes, obstacles_distance, point_to_segment, segments_apart
+from .truth import arm_axes, obstacles_distance, point_to_segment
 from .worlds import Bench, SetUp
 
 THICKNESS = 0.02
@@ -45,7 +45,9 @@ def hand_person(bench: Bench, made: SetUp, a: NDArray, b: NDArray, radius: float
     return eqx.tree_at(lambda p: (p.a, p.b, p.radius, p.present), person, (ends_a, ends_b, jnp.asarray(radii), there))
 
 
-def place_hands(bench: Bench, made: SetUp, count: int, draw: np.random.Generator) -> list[tuple[int, NDArray, NDArray, float]]:
+def place_hands(
+    bench: Bench, made: SetUp, count: int, draw: np.random.Generator
+) -> list[tuple[int, NDArray, NDArray, float]]:
     """Kind, both ends and radius of hands in watched free space, clear of obstacles and arm."""
     cell = bench.cell
     middle = np.asarray(centres(cell.voxels, jnp.float32), float)

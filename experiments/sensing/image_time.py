@@ -9,7 +9,7 @@ import numpy as np
 
 from hrcjax.presence import update_track
 from hrcjax.robot import arm_capsules
-from hrcjax.sense import judge_image
+from hrcjax.sense import judge_image, no_faults
 from hrcjax.sense.camera import render_capsules
 from hrcjax.sense.noise import measure
 from hrcjax.sim import Frames
@@ -17,7 +17,6 @@ from hrcjax.sim.prepare import frame_stamps, nominal_motion, stage_for
 from hrcjax.sim.sensing import frame_of
 from hrcjax.sim.survey import crop_box
 from hrcjax.sim.watch import Watch, initial_watch, periods
-from hrcjax.sense import no_faults
 from hrcjax.typing import Array
 from hrcjax.world.person import person_at
 
@@ -43,7 +42,18 @@ def images_case(bench: Bench, made: SetUp, count: int) -> dict[str, Any]:
         return measure(everything, eye, key, params.noise), robot
 
     @jax.jit
-    def one(survey: Any, stage: Any, field: Any, state: Watch, camera: Array, at: Array, q: Array, depth: Array, robot: Array, fit: Any):
+    def one(
+        survey: Any,
+        stage: Any,
+        field: Any,
+        state: Watch,
+        camera: Array,
+        at: Array,
+        q: Array,
+        depth: Array,
+        robot: Array,
+        fit: Any,
+    ):
         own = jax.tree.map(lambda a: a[camera], state.health)
         own, reasons = judge_image(params.health, own, depth, at, at + cell.latency, jnp.asarray(False))
         track = update_track(
@@ -54,7 +64,9 @@ def images_case(bench: Bench, made: SetUp, count: int) -> dict[str, Any]:
         state = Watch(track, health, state.reasons.at[camera].set(reasons))
         made_of = frame_of(cell.voxels, params, survey, stage, state, arm_capsules(cell.arm, q), capacity)
         cloud, beyond, why, guarded = jax.tree.map(lambda a: a[None], made_of)
-        frames = Frames(field, cloud, beyond, at[None], camera[None], (reasons == 0)[None], why, guarded, survey.overflow)
+        frames = Frames(
+            field, cloud, beyond, at[None], camera[None], (reasons == 0)[None], why, guarded, survey.overflow
+        )
         return state, cell.field.fit(fit, frames).moving
 
     stamps, cameras = frame_stamps(cell, made.rig)
@@ -67,7 +79,9 @@ def images_case(bench: Bench, made: SetUp, count: int) -> dict[str, Any]:
         camera, at = jnp.asarray(cameras[k]), jnp.asarray(stamps[k], dtype)
         depth, robot = jax.block_until_ready(shown(stage, camera, at, motion[k], jax.random.fold_in(made.key, int(k))))
         begin = time.perf_counter()
-        state, fields = one(made.survey, stage, made.field, state, camera, at, motion[k], depth, robot, bench.params.field)
+        state, fields = one(
+            made.survey, stage, made.field, state, camera, at, motion[k], depth, robot, bench.params.field
+        )
         jax.block_until_ready((state, fields))
         times.append(time.perf_counter() - begin)
     return {"seconds": times[WARM:]}

@@ -16,7 +16,7 @@ from hrcjax.sense import Camera
 from hrcjax.sense.rig import Rig
 from hrcjax.world import Scene
 
-from .truth import obstacles_distance, on_links, link_frames, solid_distance, solids, tool_poses
+from .truth import link_frames, obstacles_distance, on_links, solid_distance, solids, tool_poses
 from .worlds import Bench, SetUp
 
 BAND = (0.04, 0.10)
@@ -113,7 +113,9 @@ def surface_points(solid: tuple[int, NDArray, NDArray, float], count: int, draw:
     return near[distance > 0.01][:count]
 
 
-def _asked(scene: Scene, views: list[View], x: NDArray, least_z: float, near: float, far: float) -> tuple[NDArray, NDArray]:
+def _asked(
+    scene: Scene, views: list[View], x: NDArray, least_z: float, near: float, far: float
+) -> tuple[NDArray, NDArray]:
     """Of places x those in `BAND` of a seen part of a surface, and their exact distances [m]."""
     distance, place = obstacles_distance(scene, x)
     kept = (distance >= BAND[0]) & (distance <= BAND[1]) & (place[:, 2] > least_z)

@@ -148,7 +148,9 @@ def solid_distance(kind: int, center: NDArray, size: NDArray, yaw: float, x: NDA
         radial, high = flat - size[0], np.abs(offset[..., 2]) - size[2]
         outside = np.hypot(np.maximum(radial, 0), np.maximum(high, 0))
         shrink = np.minimum(size[0] / np.maximum(flat, 1e-12), 1.0)
-        near = np.stack([offset[..., 0] * shrink, offset[..., 1] * shrink, np.clip(offset[..., 2], -size[2], size[2])], -1)
+        near = np.stack(
+            [offset[..., 0] * shrink, offset[..., 1] * shrink, np.clip(offset[..., 2], -size[2], size[2])], -1
+        )
         return np.where(outside > 0, outside, np.maximum(radial, high)), center + near
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
     own = offset @ turn  # in the box's axes

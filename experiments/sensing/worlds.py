@@ -65,7 +65,9 @@ class Bench:
     def _sensed(self) -> Any:
         cell = self.cell
 
-        def sensed(surveyed: Any, field: Any, stage: Any, q: Array, stamps: Array, cameras: Array, key: Array, params: Any):
+        def sensed(
+            surveyed: Any, field: Any, stage: Any, q: Array, stamps: Array, cameras: Array, key: Array, params: Any
+        ):
             robot = jax.vmap(partial(arm_capsules, cell.arm))(q)
             capacity = cell.moving_points * cell.people
             return sense_sequence(
@@ -111,9 +113,7 @@ class Bench:
         q = nominal_motion(made.q_start, made.q_goal, times, MOTION_SHARE * self.cell.ticks * self.cell.dt)
         suffered = no_faults(made.rig.count, self.dtype) if faults is None else faults
         stage = stage_for(made.rig, made.scene, person, suffered)
-        frames = self._sensed(
-            made.survey, made.field, stage, q, times, jnp.asarray(cameras), made.key, self.sense
-        )
+        frames = self._sensed(made.survey, made.field, stage, q, times, jnp.asarray(cameras), made.key, self.sense)
         return World(made.scene, person, frames, made.q_start)
 
     def play(self, world: World) -> "Played":

@@ -1,0 +1,5 @@
+"""Figures of a run."""
+
+
+def draw(store, runner, config) -> list[str]:
+    return []
