@@ -14,6 +14,7 @@ from hrcjax.presence import centres
 from hrcjax.robot import Arm
 from hrcjax.sense import Camera
 from hrcjax.sense.rig import Rig
+from hrcjax.typing import Scalar
 from hrcjax.world import Scene
 
 from .truth import link_frames, obstacles_distance, on_links, solid_distance, solids, tool_poses
@@ -51,8 +52,14 @@ class View:
     height: int
 
 
+def number(value: Scalar) -> float:
+    """A scalar on the host."""
+    return float(np.asarray(value))
+
+
 def _view(camera: Camera, R: NDArray, p: NDArray) -> View:
-    return View(R, p, *(float(v) for v in (camera.fx, camera.fy, camera.cx, camera.cy)), camera.width, camera.height)
+    fx, fy, cx, cy = (number(v) for v in (camera.fx, camera.fy, camera.cx, camera.cy))
+    return View(R, p, fx, fy, cx, cy, camera.width, camera.height)
 
 
 def views_of(arm: Arm, rig: Rig, postures: NDArray) -> list[View]:
@@ -141,9 +148,9 @@ def read_grid(field: GridField, x: NDArray) -> NDArray:
 
 def error_at(bench: Bench, made: SetUp, x: NDArray) -> NDArray:
     """Sensed minus exact distance at those of places x (point 3) that are in the band [m]."""
-    noise, margin = bench.sense.noise, float(bench.sense.table_margin)
+    noise, margin = bench.sense.noise, number(bench.sense.table_margin)
     views = views_of(bench.cell.arm, made.rig, np.asarray(made.postures, float))
-    x, exact = _asked(made.scene, views, x, margin, float(noise.near), float(noise.far))
+    x, exact = _asked(made.scene, views, x, margin, number(noise.near), number(noise.far))
     return read_grid(made.field, x) - exact
 
 
@@ -153,10 +160,10 @@ def static_case(bench: Bench, made: SetUp) -> dict[str, Any]:
     draw = np.random.default_rng(1000 + made.seed)
     views = views_of(cell.arm, made.rig, np.asarray(made.postures, float))
     noise = bench.sense.noise
-    near, far = float(noise.near), float(noise.far)
+    near, far = number(noise.near), number(noise.far)
 
     grid = cell.grid
-    lower = np.maximum(np.asarray(grid.lower), [-0.9, -0.9, float(bench.sense.table_margin)])
+    lower = np.maximum(np.asarray(grid.lower), [-0.9, -0.9, number(bench.sense.table_margin)])
     upper = np.minimum(np.asarray(grid.upper), [0.9, 0.9, 1.2])
     places = draw.uniform(lower, upper, (RANDOM, 3))
     distance, _ = obstacles_distance(scene, places)
@@ -166,13 +173,13 @@ def static_case(bench: Bench, made: SetUp) -> dict[str, Any]:
     share, shown = [], []
     for solid in solids(scene):
         surface = surface_points(solid, 300, draw)
-        surface = surface[surface[:, 2] > float(bench.sense.table_margin)]
+        surface = surface[surface[:, 2] > number(bench.sense.table_margin)]
         share.append(float(seen(scene, views, surface, near, far).mean()) if len(surface) else 0.0)
         shown.append(bool((np.abs(solid_distance(*solid, points)[0]) < NEAR_MAP).any()) if len(points) else False)
     radius = np.asarray(scene.radius)[np.asarray(scene.mask)]
 
     middle = np.asarray(centres(cell.voxels, jnp.float32))
-    box = (np.linalg.norm(middle, axis=1) < AROUND) & (middle[:, 2] > float(bench.sense.table_margin))
+    box = (np.linalg.norm(middle, axis=1) < AROUND) & (middle[:, 2] > number(bench.sense.table_margin))
     solid_space = obstacles_distance(scene, middle)[0] < 0
     unseen = np.asarray(made.survey.unseen)
     return {

@@ -3,6 +3,7 @@
 import time
 from dataclasses import dataclass
 from functools import cached_property, partial
+from importlib.util import find_spec
 from typing import Any
 
 import jax
@@ -129,11 +130,9 @@ def bench(cell: Cell, params: Params, sensing: str) -> Bench:
         UsageError: a way of sensing that this version lacks.
     """
     own = sensing == "own"
+    if own and find_spec("hrcjax.sim.own_sensing") is None:
+        raise UsageError("--sensing own: this version has shared sensing only; accepted: shared")
     if own:
-        try:
-            from hrcjax.sim import own_sensing as _  # pyright: ignore[reportAttributeAccessIssue]  # may be absent
-        except ImportError:
-            raise UsageError("--sensing own: this version has shared sensing only; accepted: shared") from None
         raise UsageError("--sensing own: not measured yet; accepted: shared")
     return Bench(cell, jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params), SenseParams(), own)
 
