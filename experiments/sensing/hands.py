@@ -51,7 +51,7 @@ def place_hands(
     """Kind, both ends and radius of hands in watched free space, clear of obstacles and arm."""
     cell = bench.cell
     middle = np.asarray(centres(cell.voxels, jnp.float32), float)
-    free = np.asarray(unpack_columns(cell.voxels, made.survey.empty.watched))
+    free = np.array(unpack_columns(cell.voxels, made.survey.empty.watched))
     free &= (np.linalg.norm(middle[:, :2], axis=1) < 1.1) & (middle[:, 2] > 0.15) & (middle[:, 2] < 0.8)
     free &= obstacles_distance(made.scene, middle)[0] > 0.2
     a, b = arm_axes(cell.arm, np.asarray(made.q_start, float)[None])

@@ -111,7 +111,7 @@ def _joined(parts: Iterable[NDArray]) -> NDArray:
     return np.concatenate(listed) if listed else np.zeros(0)
 
 
-def row(value: float, unit: str) -> dict[str, Any]:
+def row(value: float | np.floating, unit: str) -> dict[str, Any]:
     """One row."""
     return {"value": float(value), "unit": unit}
 
