@@ -15,6 +15,18 @@ DistanceFn = Callable[[Vector3], Float[Array, ""]]
 """A field of distance: point [m] -> distance [m]. All that policies, planners and safety know of perception."""
 
 __all__ = [
-    "Array", "ArrayLike", "Bool", "DistanceFn", "Float", "Int", "Joints", "Mask", "Matrix3", "PRNGKeyArray", "Points", "UInt",
-    "Scalar", "Vector3",
+    "Array",
+    "ArrayLike",
+    "Bool",
+    "DistanceFn",
+    "Float",
+    "Int",
+    "Joints",
+    "Mask",
+    "Matrix3",
+    "PRNGKeyArray",
+    "Points",
+    "Scalar",
+    "UInt",
+    "Vector3",
 ]  # fmt: skip

@@ -5,7 +5,16 @@ from hrcjax.presence.cloud import Presence, presence_cloud
 from hrcjax.presence.params import PresenceParams
 from hrcjax.presence.sight import Sight, least_around, seen_free, sight_of
 from hrcjax.presence.track import Empty, Track, initial_track, survey_empty, update_track
-from hrcjax.presence.voxels import CELL_VOXELS, Columns, VoxelLayout, centres, grow, pack_columns, unpack_columns, voxel_of
+from hrcjax.presence.voxels import (
+    CELL_VOXELS,
+    Columns,
+    VoxelLayout,
+    centres,
+    grow,
+    pack_columns,
+    unpack_columns,
+    voxel_of,
+)
 
 __all__ = [
     "CELL_VOXELS", "Background", "Columns", "Empty", "Presence", "PresenceParams", "Sight", "Track", "VoxelLayout", "centres",

@@ -8,14 +8,13 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.track import BODY, Empty, Track, live_cameras, union
-from hrcjax.presence.voxels import Columns, VoxelLayout, centres, grow, pack_columns, unpack_columns, within
+from hrcjax.presence.track import Empty, Track, live_cameras, union
+from hrcjax.presence.voxels import Columns, VoxelLayout, beside, centres, pack_columns, unpack_columns, within
 from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float
 
 COARSE_FROM = 1.1
-"""Distance from the robot's base beyond which 2 x 2 x 2 voxels share a point, farther than the arm reaches; those of hidden
-space share one everywhere [m]."""
+"""Distance from the robot's base beyond which 2 x 2 x 2 voxels share a point, farther than the arm reaches [m]."""
 NEAR_CANDIDATES, FAR_CANDIDATES = 1536, 1024
 """Fine and coarse points, among which the nearest to the base are chosen."""
 
@@ -49,12 +48,12 @@ def presence_cloud(
     dtype = track.time.dtype
     live = live_cameras(params, track, track.time, period)
     people = union(track.occupied, live)
-    behind = grow(layout, people, BODY) & ~union(track.free, live) & empty.watched
+    behind = beside(layout, people) & ~union(track.before, live) & empty.watched
     hidden = behind | track.lost
     shell = hidden & ~within(layout, hidden | people) & ~people
     near = pack_columns(layout, jnp.sum(centres(layout, dtype) ** 2, axis=1) < COARSE_FROM**2)
-    fine = _points(layout, track, live, people, people & near, 1, NEAR_CANDIDATES)
-    coarse = _points(layout, track, live, people, (people & ~near) | shell, 2, FAR_CANDIDATES)
+    fine = _points(layout, track, live, people, (people | shell) & near, 1, NEAR_CANDIDATES)
+    coarse = _points(layout, track, live, people, (people | shell) & ~near, 2, FAR_CANDIDATES)
     points, occupied, there = (jnp.concatenate(pair) for pair in zip(fine[:3], coarse[:3], strict=True))
     over = fine[3] | coarse[3]
     # the robot's own space holds nobody

@@ -56,6 +56,17 @@ def seen_free(
     return pack_columns(layout, (sight.pixel >= 0) & (far > beyond))
 
 
+def seen_before(layout: VoxelLayout, sight: Sight, depth: Float[Array, "height width"]) -> Columns:
+    """The voxels whose middles lie before what an image measures: a body measured there does not reach to them.
+
+    Without a margin of noise, unlike `seen_free`, which says that nothing at all is in a voxel.
+
+    Args:
+        depth: 0: no measurement [m].
+    """
+    return pack_columns(layout, (sight.pixel >= 0) & (depth.reshape(-1)[jnp.maximum(sight.pixel, 0)] > sight.depth))
+
+
 def seen_behind(layout: VoxelLayout, sight: Sight, shown: Float[Array, "height width"]) -> Columns:
     """The voxels behind what an image shows, and in the ring of two pixels about it, where it sees nothing through.
 

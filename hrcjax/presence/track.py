@@ -11,13 +11,13 @@ import jax.numpy as jnp
 
 from hrcjax.presence.detect import find_people
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.sight import Sight, seen_behind, seen_free
+from hrcjax.presence.sight import Sight, seen_before, seen_behind, seen_free
 from hrcjax.presence.voxels import Columns, VoxelLayout, all_voxels, count_voxels, grow, within
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, UInt, Vector3
 
 BODY = 2
-"""Voxels by which a body is taken to reach behind and beside its measured surface, where no camera sees that it does not."""
+"""Voxels from a measured one within which a part of a body may have moved, or hidden, since the last image."""
 REACHED = 20
 """Voxels along which hidden space is followed back to a person in view, or to space for a body: more than an arm's length."""
 CORE = 2
@@ -57,6 +57,8 @@ class Track(eqx.Module):
     """Voxels in which it showed somebody."""
     sure: UInt[Array, "camera x y"]
     """Those of them beside which somebody had been shown before: not flying pixels of one image."""
+    before: UInt[Array, "camera x y"]
+    """Voxels before what it measured; see `seen_before`."""
     shadow: UInt[Array, "camera x y"]
     """Voxels behind people whom it shows."""
     free: UInt[Array, "camera x y"]
@@ -104,6 +106,7 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         sums=jnp.zeros((cameras, layout.count, 4), dtype),
         occupied=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         sure=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        before=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         shadow=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         lost=jnp.zeros(layout.shape[:2], jnp.uint32),
@@ -153,6 +156,7 @@ def update_track(
     before = union(track.occupied)
     found = find_people(layout, params, camera, depth, empty.settled[index], robot, box, before)
     free, shadow = seen_free(layout, params, sight, depth), seen_behind(layout, sight, found.shown)
+    ahead = seen_before(layout, sight, depth)
     near = grow(layout, before, BODY)
     stamp = track.stamp.at[index].set(jnp.where(good, exposed, track.stamp[index]))
     after = Track(
@@ -161,6 +165,7 @@ def update_track(
         sums=track.sums.at[index].set(jnp.where(good, found.sums, track.sums[index])),
         occupied=track.occupied.at[index].set(jnp.where(good, found.occupied, track.occupied[index])),
         sure=track.sure.at[index].set(jnp.where(good, found.occupied & near, track.sure[index])),
+        before=track.before.at[index].set(jnp.where(good, ahead, track.before[index])),
         shadow=track.shadow.at[index].set(jnp.where(good, shadow, track.shadow[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
@@ -190,6 +195,4 @@ def update_track(
     lost = jax.lax.fori_loop(0, REACHED, lambda _, known: lost & grow(layout, known), lost & anchors)
     growth = jnp.minimum(way - steps * layout.edge, layout.edge)
     unsure = count_voxels(lost & ~union(after.shadow, live)) >= LEAST_LOST
-    return eqx.tree_at(
-        lambda t: (t.lost, t.growth, t.missing, t.unsure), after, (lost, growth, missing, unsure)
-    )
+    return eqx.tree_at(lambda t: (t.lost, t.growth, t.missing, t.unsure), after, (lost, growth, missing, unsure))

@@ -31,7 +31,9 @@ class VoxelLayout:
             ValueError: more than 32 voxels along z, fewer than 4 along an edge, or an odd number.
         """
         if self.shape[2] > HIGHEST or min(self.shape) < 4 or any(n % 2 for n in self.shape):
-            raise ValueError(f"{self}: accepted are even numbers of at least 4 voxels along each edge, and at most {HIGHEST} along z")
+            raise ValueError(
+                f"{self}: accepted are even numbers of at least 4 voxels along each edge, and at most {HIGHEST} along z"
+            )
 
     @property
     def count(self) -> int:
@@ -102,6 +104,15 @@ def grow(layout: VoxelLayout, columns: Columns, steps: int = 1) -> Columns:
     return jax.lax.fori_loop(0, steps, step, columns)  # a loop: unrolled, XLA would compute every step many times
 
 
+def beside(layout: VoxelLayout, columns: Columns) -> Columns:
+    """The set with the six neighbours of its voxels."""
+    more = columns | (((columns << 1) | (columns >> 1)) & all_voxels(layout))
+    for axis in (0, 1):
+        up, down = _shifted(columns, axis)
+        more = more | up | down
+    return more
+
+
 def within(layout: VoxelLayout, columns: Columns) -> Columns:
     """The voxels all of whose six neighbours in the box are in the set too."""
     everything = all_voxels(layout)
@@ -113,9 +124,7 @@ def within(layout: VoxelLayout, columns: Columns) -> Columns:
     return columns & ~beside
 
 
-def inside_box(
-    layout: VoxelLayout, box: tuple[Float[Array, "3"], Float[Array, "3"]]
-) -> Bool[Array, "voxel"]:
+def inside_box(layout: VoxelLayout, box: tuple[Float[Array, "3"], Float[Array, "3"]]) -> Bool[Array, "voxel"]:
     """True where the middle of a voxel lies between two corners [m]."""
     x = centres(layout, box[0].dtype)
     return jnp.all((x > box[0]) & (x < box[1]), axis=-1)

@@ -6,7 +6,6 @@ people may be. See `hrcjax.sim.own_sensing` for sensing with the arm where it re
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 
 from hrcjax.field.grid import GridField
 from hrcjax.geom.capsules import Capsules
@@ -48,7 +47,9 @@ class Frames(eqx.Module):
     """Voxels that no camera saw in the set-up."""
 
 
-def frame_of(voxels: VoxelLayout, params: SenseParams, survey: Survey, stage: Stage, state: Watch, robot: Capsules, capacity: int) -> tuple:
+def frame_of(
+    voxels: VoxelLayout, params: SenseParams, survey: Survey, stage: Stage, state: Watch, robot: Capsules, capacity: int
+) -> tuple:
     """Cloud, `Frames.beyond`, reasons and `Frames.guarded` after an image."""
     seen = people_seen(voxels, params.presence, survey, stage.rig, state, robot, capacity)
     return seen.cloud, seen.beyond, state.reasons, seen.lost | state.track.missing

@@ -19,6 +19,7 @@ from hrcjax.typing import Array, Bool, Float, Int, PRNGKeyArray
 from hrcjax.world import Person, Scene
 from hrcjax.world.person import person_at
 
+
 class Watch(eqx.Module):
     """State of the cameras that watch the cell."""
 
