@@ -48,7 +48,7 @@ class SensingConfig:
     """Moments at which every kind of fault begins, on one camera and on all at once. 0: no faults."""
     appearances: int = 8
     """Moments at which a person appears at once beside the arm. 0: none."""
-    hands: int = 120
+    hands: int = 300
     """Hands that appear in free space. 0: none."""
     images: int = 150
     """Images that are timed. 0: none."""
@@ -71,7 +71,7 @@ def reduced(config: SensingConfig) -> SensingConfig:
     some = [scene for scene in ("robotica", "clutter") if scene in config.scenes] or list(config.scenes[:2])
     return replace(
         config, scenes=tuple(some), seeds=1, moments=min(config.moments, 5), appearances=min(config.appearances, 3),
-        hands=min(config.hands, 40), images=min(config.images, 40),
+        hands=min(config.hands, 120), images=min(config.images, 40),
     )  # fmt: skip
 
 

@@ -31,6 +31,8 @@ LEAST_PIXELS = 12
 FOUND = 0.06
 """A point of the cloud this near to the hand's surface finds it [m]."""
 KINDS = ("thin", "body")
+EVERY_BODY = 4
+"""Of so many hands one is the person model's, the others are thin; many thin ones are too small in the image to count."""
 WARM = 6
 """Images of the empty cell before the hand appears."""
 
@@ -62,7 +64,7 @@ def place_hands(
     for k, place in enumerate(places):
         way = draw.normal(size=3)
         way /= np.linalg.norm(way)
-        kind = k % 2
+        kind = int(k % EVERY_BODY == 0)
         if KINDS[kind] == "thin":
             radius = THICKNESS / 2
             half = (draw.uniform(*LENGTHS) - THICKNESS) / 2
@@ -103,7 +105,7 @@ def hands_case(bench: Bench, made: SetUp, count: int) -> dict[str, Any]:
     kinds, pixels, found = [], [], []
     for k, (kind, a, b, radius) in enumerate(place_hands(bench, made, count, draw)):
         with_hand = eqx.tree_at(lambda s: s.person, stage, hand_person(bench, made, a, b, radius))
-        camera = jnp.asarray(k // 2 % made.rig.count, jnp.int32)
+        camera = jnp.asarray(k // EVERY_BODY % made.rig.count, jnp.int32)
         at = jnp.asarray((WARM + int(camera)) * period, bench.dtype)
         _, points, mask, shown = look(made.survey, with_hand, state, camera, at, robot, keys[WARM + k])
         there = np.asarray(points, float)[np.asarray(mask)]

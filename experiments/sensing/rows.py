@@ -75,7 +75,7 @@ DEFINITIONS = {
     "unseen_share": "voxels within 1 m of the base that no camera saw in the set-up",
     "unseen_free_share": "the same of voxels whose middle is not inside an obstacle",
     "setup_rounds": "rounds of images of the set-up, the most; one takes 1 s of the arm's motion",
-    "setup_seconds": "median time to compute a set-up's images, once compiled",
+    "setup_seconds": "least time to compute the images of a set-up, once compiled",
     "setup_settled": "share of set-ups that ended because the map had settled",
     "episodes": "episodes of the matrix",
 }
@@ -146,7 +146,7 @@ def static_rows(set_ups: Sequence[Case], errors: Sequence[NDArray]) -> Rows:
         rows["unseen_free_share"] = row(np.mean([case["unseen_free_share"] for case in set_ups]), "1")
         rows["setup_rounds"] = row(max(int(case["rounds"]) for case in set_ups), "rounds")
         rows["setup_settled"] = row(np.mean([bool(case["settled"]) for case in set_ups]), "1")
-        rows["setup_seconds"] = row(np.median([float(case["seconds"]) for case in set_ups]), "s")
+        rows["setup_seconds"] = row(min(float(case["seconds"]) for case in set_ups), "s")
     return rows
 
 

@@ -31,9 +31,10 @@ from .fault_cases import BESIDE, KINDS, fault_case, lost_camera_case, near_times
 from .hands import hands_case
 from .image_time import images_case
 from .page import page
+from .picture import picture_case
 from .rows import Rows, all_rows, holds, table
 from .static import static_case
-from .store import Case, RunStore
+from .store import FIGURES, Case, RunStore
 from .worlds import Bench, SetUp, bench
 
 WORKERS = 2
@@ -87,7 +88,7 @@ def identity(config: SensingConfig) -> dict[str, Any]:
     }
 
 
-AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py")
+AFTERWARDS = ("rows.py", "page.py", "figures.py", "shapes.py", "config.py", "run.py", "__main__.py")
 """Files that only read finished cases."""
 
 
@@ -214,6 +215,8 @@ def collect(config: SensingConfig, runner: Runner) -> None:
     for scene, seed in order:
         run_matrix(runner, config, scene, seed)
         if (scene, seed) == (first, 0):
+            if config.figures:
+                runner.one(f"picture/{first}-0", _lazy(runner, first, 0, picture_case, "reach_in"))
             if config.images:
                 runner.one(f"images/{first}-0", _lazy(runner, first, 0, images_case, config.images))
             if config.appearances:
@@ -226,7 +229,7 @@ def expected(config: SensingConfig) -> int:
     """Cases that are known beforehand."""
     worlds = len(config.scenes) * config.seeds
     hands = len(config.scenes) if config.hands else 0
-    return worlds * (1 + len(config.people)) + hands + bool(config.images) + config.appearances + 2 * bool(config.moments)  # fmt: skip
+    return worlds * (1 + len(config.people)) + hands + bool(config.figures) + bool(config.images) + config.appearances + 2 * bool(config.moments)  # fmt: skip
 
 
 def run(config: SensingConfig) -> int:
@@ -257,7 +260,7 @@ def run(config: SensingConfig) -> int:
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted
 
-        names = draw(store, runner, config)
+        names = draw(folder / FIGURES, runner.cases, config.scenes[0])
     if config.page:
         write_bytes(config.page, page(rows, config, names).encode())
     _report(rows, folder, time.monotonic() - begin)
