@@ -98,8 +98,8 @@ def _zones(axes: Axes, t: NDArray, zone: NDArray) -> None:
 
 
 def _distances(axes: Axes, case: Case) -> None:
-    for name, colour, label in (("true_now", GOAL, "true"), ("separation", WORST, "sensed (lower bound)")):
-        axes.plot(case["t"], np.where(case[name] > SHOWN, np.nan, case[name]), color=colour, lw=1.4, label=label)
+    for name, colour, style in (("true_exposed", GOAL, ":"), ("true_now", GOAL, "-"), ("separation", WORST, "-")):
+        axes.plot(case["t"], np.where(case[name] > SHOWN, np.nan, case[name]), style, color=colour, lw=1.3)
     axes.set_ylim(-0.3, SHOWN)
     axes.axhline(0, color=TEXT, lw=0.6)
     axes.set_ylabel("distance arm to person [m]")
@@ -112,7 +112,11 @@ def _zone_legend(figure: Figure, extra: list[Any]) -> None:
     figure.legend(handles=[*extra, *patches], ncols=6, loc="outside lower center", frameon=False, fontsize=8)
 
 
-CURVES = [Line2D([], [], color=GOAL, label="true"), Line2D([], [], color=WORST, label="sensed, lower bound")]
+CURVES = [
+    Line2D([], [], color=GOAL, label="true"),
+    Line2D([], [], color=GOAL, ls=":", label="true, person as exposed"),
+    Line2D([], [], color=WORST, label="sensed, lower bound"),
+]
 
 
 def separation_figure(cases: Mapping[str, Case], title: str) -> Figure:
@@ -123,8 +127,8 @@ def separation_figure(cases: Mapping[str, Case], title: str) -> Figure:
         _zones(axes, case["t"], case["zone"])
         _distances(axes, case)
         axes.set_title(name, fontsize=9, loc="left")
+        axes.set_xlim(case["t"][0], case["t"][-1])
     panels[-1].set_xlabel("time [s]")
-    panels[-1].set_xlim(case["t"][0], case["t"][-1])
     _zone_legend(figure, CURVES)
     heading(figure, title)
     return figure

@@ -67,6 +67,7 @@ DEFINITIONS = {
     "excess_speed_max_jumps": "the same for recorded motions that jump",
     "brake_delay_ticks": "somebody appears 0.3 m from the moving arm: ticks from when the first image may be used until a command slows the arm, in red or stop; the most",
     "brake_delay_ms": "the same from the moment of appearing, wait for the next exposure included; the most",
+    "fault_excess_speed_max": "as excess_speed_max, in the episodes with faults",
     "fault_one_camera_arrives": "nobody there, one camera lost for good at 1 s: share of episodes that arrive",
     "fault_one_camera_green": "share of ticks in which that arm may move at full speed, from 0.2 s after the loss on",
     "hand_first_frame": f"hands that appear in free watched space, shown by at least {LEAST_PIXELS} pixels: share with a point of the cloud within 6 cm after that image",
@@ -258,6 +259,9 @@ def all_rows(cases: Cases, params: Params, latency: float, full_speed: float, cl
     rows |= speed_rows(beside)
     rows |= brake_rows(list(_of(cases, "appear").values()), latency)
     rows |= fault_rows({kind: list(_of(cases, f"fault/{kind}").values()) for kind in KINDS}, closest)
+    faulty = [float(case["excess"].max()) for case in _of(cases, "fault").values()]
+    if faulty:
+        rows["fault_excess_speed_max"] = row(max(faulty), "m/s")
     gone = list(_of(cases, "camera-lost").values())
     if gone:
         rows["fault_one_camera_arrives"] = row(np.mean([arrives(dict(case)) for case in gone]), "1")

@@ -41,4 +41,4 @@ def obstacles(axes: Axes, case: Mapping[str, NDArray], view: tuple[int, int], **
         else:
             low, high = flat.min(axis=0), flat.max(axis=0)
             flat = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
-        axes.add_patch(Polygon(flat + [x, y], **style))  # pyright: ignore[reportArgumentType]  # a style
+        axes.add_patch(Polygon(flat + np.array([x, y]), **style))  # pyright: ignore[reportArgumentType]  # a style
