@@ -43,7 +43,7 @@ def find_people(
         before: where people were before.
     """
     marked = jnp.where(foreground(params, depth, settled, robot), depth, 0.0)
-    kept = supported(marked, params.support_gap * jnp.maximum(marked, 1.0))
+    kept = supported(marked, params.support_gap * jnp.maximum(marked, 1.0), corners=True)
     shown = jnp.where(kept, marked, 0.0)
     cloud = deproject(camera, shown)
     inside = cloud.mask & jnp.all((cloud.points > box[0]) & (cloud.points < box[1]), axis=-1)

@@ -17,9 +17,9 @@ class PresenceParams(eqx.Module):
     pixel_noise: Scalar = 0.08 / (385.0 * 0.05)
     """Standard deviation of a pixel's depth over the square of the depth, s / (f B); the D435i's [1/m]."""
     support_gap: Scalar = 0.05
-    """Two of a foreground pixel's four neighbours must be foreground too, with a depth this near to its own, at 1 m and
+    """Two of a foreground pixel's eight neighbours must be foreground too, with a depth this near to its own, at 1 m and
     nearer; farther in proportion [m]."""
-    least_pixels: Scalar = 3.0
+    least_pixels: Scalar = 2.0
     """Pixels that make a voxel occupied at once; fewer do where somebody was a moment ago [1]."""
     speed: Scalar = 1.6
     """Speed at which a person who was lost from sight may spread where no camera looks (ISO 13855) [m/s]."""

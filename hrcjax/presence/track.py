@@ -40,6 +40,8 @@ class Empty(eqx.Module):
     """Where the voxels appear in each image."""
     watched: Columns
     """Free when the cell was empty, and seen so by a stationary camera."""
+    by: UInt[Array, "camera x y"]
+    """The same, of each camera."""
     outside: Columns
     """Not watched, and joined to the sides of the box: people come from there."""
 
@@ -65,6 +67,8 @@ class Track(eqx.Module):
     """Voxels that each camera's last good image saw through."""
     lost: Columns
     """Hidden voxels in which somebody may be who was measured before."""
+    entered: Columns
+    """Voxels in which somebody may have come from outside while a camera does not deliver."""
     growth: Float[Array, ""]
     """Way that hidden space has yet to grow [m]."""
     missing: Bool[Array, ""]
@@ -77,7 +81,8 @@ def survey_empty(
     layout: VoxelLayout, params: PresenceParams, settled: Float[Array, "camera height width"], sight: Sight
 ) -> Empty:
     """What the stationary cameras watch, from their settled pictures of the empty cell."""
-    watched = union(jax.vmap(lambda s, d: seen_free(layout, params, s, d, SURELY))(sight, settled))
+    by = jax.vmap(lambda s, d: seen_free(layout, params, s, d, SURELY))(sight, settled)
+    watched = union(by)
     x, y = (jnp.arange(n, dtype=jnp.int32) for n in layout.shape[:2])
     side = (x[:, None] == 0) | (x[:, None] == layout.shape[0] - 1) | (y == 0) | (y == layout.shape[1] - 1)
     sides = jnp.where(side, all_voxels(layout), 0)
@@ -88,7 +93,7 @@ def survey_empty(
 
     outside, _ = jax.lax.while_loop(lambda known: known[1], flood, (sides & ~watched, jnp.asarray(True)))
     # a person at the border of the box is outside, too
-    return Empty(settled, sight, watched, outside | sides)
+    return Empty(settled, sight, watched, by, outside | sides)
 
 
 def union(sets: UInt[Array, "camera x y"], of: Bool[Array, "camera"] | None = None) -> Columns:
@@ -110,6 +115,7 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         shadow=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         lost=jnp.zeros(layout.shape[:2], jnp.uint32),
+        entered=jnp.zeros(layout.shape[:2], jnp.uint32),
         growth=jnp.zeros((), dtype),
         missing=jnp.asarray(False),
         unsure=jnp.asarray(False),
@@ -169,6 +175,7 @@ def update_track(
         shadow=track.shadow.at[index].set(jnp.where(good, shadow, track.shadow[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
+        entered=track.entered,
         growth=track.growth,
         missing=track.missing,
         unsure=track.unsure,
@@ -180,8 +187,6 @@ def update_track(
     # what was measured and is neither measured nearby now, nor seen through
     reach = grow(layout, union(after.occupied, live), BODY)
     lost = track.lost | (grow(layout, union(track.sure) & ~reach, BODY))
-    # while a camera is missing, somebody may come in where the others do not look
-    lost = jnp.where(missing, lost | empty.outside, lost)
     way = track.growth + params.speed * jnp.maximum(exposed - track.time, 0.0)
     steps = jnp.minimum(jnp.floor(way / layout.edge), MOST_STEPS)
     # behind people in view it does not spread: there they hide parts of themselves, which come into view as they move
@@ -189,10 +194,17 @@ def update_track(
     lost = jax.lax.fori_loop(
         0, steps.astype(jnp.int32), lambda _, known: grow(layout, known) & open_to & hidden, lost & hidden
     )
+    # while a camera is missing, somebody may come in where the others do not look
+    blind = empty.watched & ~union(empty.by, live)
+    entered = jax.lax.fori_loop(
+        0, steps.astype(jnp.int32), lambda _, known: grow(layout, known | empty.outside) & blind, track.entered & blind
+    )
     # hidden pockets that hang together with nobody, and are too small for a body
     body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), lost)
-    anchors = grow(layout, reach | jnp.where(missing, empty.outside, 0)) | body
+    anchors = grow(layout, reach) | body
     lost = jax.lax.fori_loop(0, REACHED, lambda _, known: lost & grow(layout, known), lost & anchors)
     growth = jnp.minimum(way - steps * layout.edge, layout.edge)
     unsure = count_voxels(lost & ~union(after.shadow, live)) >= LEAST_LOST
-    return eqx.tree_at(lambda t: (t.lost, t.growth, t.missing, t.unsure), after, (lost, growth, missing, unsure))
+    return eqx.tree_at(
+        lambda t: (t.lost, t.entered, t.growth, t.missing, t.unsure), after, (lost, entered, growth, missing, unsure)
+    )

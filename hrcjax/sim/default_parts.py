@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import FAR, FieldParams, GPField, fit
+from hrcjax.field import FAR, FieldParams, GPField, GridField, fit, grid_distance_and_gradient
 from hrcjax.field.least import log_least_weight, nearest_bound
 from hrcjax.field.scene_union import scene_and_people
 from hrcjax.geom.cloud import Cloud
@@ -57,6 +57,15 @@ def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
     return potential_plan
 
 
+class Standing(eqx.Module):
+    """Fields that do not change."""
+
+    scene: GridField
+    """Distance to everything that stands."""
+    hidden: GridField | None
+    """Distance to space where somebody may be unseen; None: nobody is there."""
+
+
 class People(eqx.Module):
     """The field of the people in an image, and how far it vouches."""
 
@@ -79,7 +88,8 @@ def fit_fields(params: FieldParams, frames: Frames) -> Fields:
         field = fit(cloud, params)
         return People(field, log_least_weight(field), beyond)
 
-    return Fields(static=frames.scene, moving=jax.lax.map(jax.checkpoint(people), (frames.moving, frames.beyond)))
+    standing = Standing(frames.scene, frames.hidden)
+    return Fields(static=standing, moving=jax.lax.map(jax.checkpoint(people), (frames.moving, frames.beyond)))
 
 
 def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
@@ -87,12 +97,14 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
 
     - the nearest moving point is not nearer than `nearest_bound`: no bias of convex bodies;
     - the person reaches beyond the points by `spread`, or `far_spread` where they are coarse, and by `person_noise` of the depth camera;
-    - whoever has no point in the cloud is farther from the base than `People.beyond`.
+    - whoever has no point in the cloud is farther from the base than `People.beyond`;
+    - where somebody may be unseen (`Standing.hidden`), that space counts.
 
     What a person moves after the exposure is in S_p, by its reaction time.
     """
     people: People = fields.moving
-    both = scene_and_people(fields.static, people.field, x)
+    standing: Standing = fields.static
+    both = scene_and_people(standing.scene, people.field, x)
     least = nearest_bound(both.people.log_occupancy, people.log_least, people.field.length_scale)
     # which points answer: their mean, under the kernel's weights
     away_from_base = safe_norm(x - both.people.offset)
@@ -101,10 +113,13 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     least = jnp.where(both.people.some, least - spread - params.person_noise, FAR)
     away = jnp.where(both.people.some, unit(both.people.offset), 0.0)
     room = people.beyond - safe_norm(x)
-    nearer = room < least
-    return Reading(
-        both.distance, both.gradient, jnp.where(nearer, room, least), jnp.where(nearer, -unit(x), away)
-    )  # fmt: skip
+    away = jnp.where(room < least, -unit(x), away)
+    least = jnp.minimum(room, least)
+    if standing.hidden is not None:
+        room, slope = grid_distance_and_gradient(standing.hidden, x)
+        away = jnp.where(room < least, unit(slope), away)
+        least = jnp.minimum(room, least)
+    return Reading(both.distance, both.gradient, least, away)
 
 
 def rmp_policy(
@@ -121,7 +136,9 @@ def separation_monitor(
     params: SafetyParams, state: ZoneState, separation: Separation
 ) -> tuple[ZoneState, SafetyDecision]:
     """Zones, speed and separation; in red also the contact speed of the most sensitive body region (ISO/TS 15066)."""
-    d = separation.distance
+    # S_p counts on data as old as the reaction time; what a person may move until older ones are used is taken off
+    older = jnp.clip(separation.age - params.ssm.reaction_time, 0.0, params.max_age)
+    d = separation.distance - params.ssm.v_h_near * older
     slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl))).astype(d.dtype)
     return monitor(
         params, state, d, separation.approach, separation.age, separation.dt, valid=separation.valid, pfl_speed=slowest_contact,

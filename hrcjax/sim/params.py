@@ -37,8 +37,10 @@ def following_policy() -> PolicyParams:
 
 def sensed_safety() -> SafetyParams:
     """The safety layer's defaults in this cell, where they differ: the sensed distance is a lower bound that holds the
-    uncertainty of the person's position already, so that Z_d adds nothing to it."""
-    return SafetyParams(ssm=SsmParams(Z_d=0.0))
+    uncertainty of the person's position already, so that Z_d adds nothing to it. Data older than the reaction time are used
+    for a while, less the way of a person since then: one camera of 15 Hz alone delivers every 67 ms.
+    """
+    return SafetyParams(ssm=SsmParams(Z_d=0.0), max_age=0.15)
 
 
 class Params(eqx.Module):

@@ -2,13 +2,16 @@
 
 from functools import partial
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.spatial import KDTree
 
-from hrcjax.field.grid import GridField, fit_grid
+from hrcjax.field.grid import GridField, fit_grid, grid_nodes
+from hrcjax.geom.segment import FAR
 from hrcjax.map import sample_map
-from hrcjax.presence import VoxelLayout
+from hrcjax.presence import VoxelLayout, centres
 from hrcjax.robot import Arm, arm_capsules, inverse_kinematics, tool_frame
 from hrcjax.sense import FaultSchedule, no_faults
 from hrcjax.sense.rig import Rig, exposures
@@ -64,6 +67,50 @@ def nominal_motion(
     return q_start + (10 * u**3 - 15 * u**4 + 6 * u**5) * (q_goal - q_start)
 
 
+class Surveyed(eqx.Module):
+    """A cell after its set-up, with the people who will come, before any image of them."""
+
+    scene: Scene
+    """Exact obstacles: for planner and metrics."""
+    q_start: Joints
+    """Joint positions at the start [rad]."""
+    survey: Survey
+    """What is known of the empty cell."""
+    field: GridField
+    """Distance to everything that stands."""
+    hidden: GridField | None
+    """Distance to space where somebody may be unseen; None: nobody is there."""
+    stage: Stage
+    """What the cameras look at."""
+
+
+def survey_world(
+    cell: Cell,
+    scene: Scene,
+    person: Person,
+    rig: Rig,
+    key: PRNGKeyArray,
+    params: SenseParams | None = None,
+    faults: FaultSchedule | None = None,
+) -> Surveyed:
+    """The set-up: the empty cell surveyed by all cameras.
+
+    Args:
+        rig: the cameras.
+        faults: of the stationary cameras, later; None: they work.
+
+    Raises:
+        ValueError: the start is out of the arm's reach.
+    """
+    params = SenseParams() if params is None else params
+    q_start = posture_at(cell, scene.start)
+    postures = scan_postures(cell.arm, scene, q_start)
+    surveyed = survey(cell.arm, cell.layout, cell.voxels, rig, scene, postures, key, params)
+    field = scene_field(cell, params, surveyed)
+    stage = stage_for(rig, scene, person, no_faults(rig.count, q_start.dtype) if faults is None else faults)
+    return Surveyed(scene, q_start, surveyed, field, hidden_field(cell, params, surveyed), stage)
+
+
 def make_world(
     cell: Cell,
     scene: Scene,
@@ -83,24 +130,39 @@ def make_world(
         ValueError: start or goal out of the arm's reach.
     """
     params = SenseParams() if params is None else params
-    q_start, q_goal = posture_at(cell, scene.start), posture_at(cell, scene.goal)
     survey_key, frame_key = jax.random.split(key)
-    surveyed = survey(
-        cell.arm, cell.layout, cell.voxels, rig, scene, scan_postures(cell.arm, scene, q_start), survey_key, params
-    )  # fmt: skip
-    field = scene_field(cell, params, surveyed)
+    known = survey_world(cell, scene, person, rig, survey_key, params, faults)
+    q_goal = posture_at(cell, scene.goal)
     stamps, cameras = frame_stamps(cell, rig)
-    times, cameras = jnp.asarray(stamps, q_start.dtype), jnp.asarray(cameras)
-    q = nominal_motion(q_start, q_goal, times, 0.6 * cell.ticks * cell.dt)
-    stage = stage_for(rig, scene, person, no_faults(rig.count, q.dtype) if faults is None else faults)
+    times, cameras = jnp.asarray(stamps, q_goal.dtype), jnp.asarray(cameras)
+    q = nominal_motion(known.q_start, q_goal, times, 0.6 * cell.ticks * cell.dt)
     sizes = (cell.voxels, cell.moving_points * cell.people, cell.latency)
-    frames = _sense(cell.arm, sizes, surveyed, field, stage, q, times, cameras, frame_key, params)
-    return World(scene, person, frames, q_start)
+    frames = _sense(cell.arm, sizes, known, q, times, cameras, frame_key, params)
+    return World(scene, person, frames, known.q_start)
 
 
 def scene_field(cell: Cell, params: SenseParams, surveyed: Survey) -> GridField:
-    """The distance field of the set-up's map, sampled for the arm."""
-    return fit_grid(cell.grid, sample_map(cell.layout, surveyed.map, params.frame.map.ratio, cell.grid))
+    """The distance field of the set-up's map, sampled for the arm; with unseen space as an obstacle, if so told."""
+    values = sample_map(cell.layout, surveyed.map, params.frame.map.ratio, cell.grid)
+    if params.unseen_obstacle:
+        values = jnp.minimum(values, unseen_distance(cell, surveyed))
+    return fit_grid(cell.grid, values)
+
+
+def unseen_distance(cell: Cell, surveyed: Survey) -> Float[Array, "x y z"]:
+    """Distance of the grid's nodes to the middles of the nearest unseen voxels, less half an edge [m]."""
+    unseen, voxels = np.asarray(surveyed.unseen), cell.voxels
+    dtype = surveyed.map.levels[0].rows.dtype
+    if not unseen.any():
+        return jnp.full(cell.grid.shape, FAR, dtype)
+    middles = np.asarray(centres(voxels, dtype))[unseen]
+    d = KDTree(middles).query(np.asarray(grid_nodes(cell.grid, dtype)), workers=-1)[0]
+    return jnp.asarray((d - 0.5 * voxels.edge).reshape(cell.grid.shape), dtype)
+
+
+def hidden_field(cell: Cell, params: SenseParams, surveyed: Survey) -> GridField | None:
+    """Distance to unseen space, if somebody may be there."""
+    return fit_grid(cell.grid, unseen_distance(cell, surveyed)) if params.unseen_person else None
 
 
 stage_for = jax.jit(stage_of)
@@ -110,9 +172,7 @@ stage_for = jax.jit(stage_of)
 def _sense(
     arm: Arm,
     sizes: tuple[VoxelLayout, int, float],
-    surveyed: Survey,
-    field: GridField,
-    stage: Stage,
+    known: Surveyed,
     q: Float[Array, "frame joint"],
     stamps: Float[Array, "frame"],
     cameras: Int[Array, "frame"],
@@ -121,7 +181,9 @@ def _sense(
 ) -> Frames:
     """One compiled program for all worlds of one size: without jit this would take minutes."""
     robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
-    return sense_sequence(*sizes, surveyed, field, stage, robot, stamps, cameras, key, params)
+    return sense_sequence(
+        *sizes, known.survey, known.field, known.stage, robot, stamps, cameras, key, params, known.hidden
+    )  # fmt: skip
 
 
 @partial(jax.jit, static_argnums=0)

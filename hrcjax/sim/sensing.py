@@ -6,10 +6,12 @@ people may be. See `hrcjax.sim.own_sensing` for sensing with the arm where it re
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 
 from hrcjax.field.grid import GridField
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
+from hrcjax.geom.segment import FAR
 from hrcjax.map import FieldMap
 from hrcjax.presence import VoxelLayout
 from hrcjax.sim.survey import SenseParams, Survey
@@ -27,17 +29,17 @@ class Frames(eqx.Module):
     """Distance to everything that stands: the map of the set-up, sampled on a grid."""
     moving: Cloud
     """Points of people, image by image, (frame point)."""
-    beyond: Float[Array, "frame"]
+    beyond: Float[Array, "*frame"]
     """Whatever of them had no place in the cloud is farther from the robot's base than this [m]."""
-    stamp: Float[Array, "frame"]
+    stamp: Float[Array, "*frame"]
     """When each image was taken [s]."""
-    camera: Int[Array, "frame"]
+    camera: Int[Array, "*frame"]
     """By which camera."""
-    valid: Bool[Array, "frame"]
+    valid: Bool[Array, "*frame"]
     """False where an image was refused or missing: it carries no information, also not that nobody is present."""
-    reasons: Int[Array, "frame camera"]
+    reasons: Int[Array, "*frame camera"]
     """What is wrong with each camera's latest image then: bits of `hrcjax.sense.HEALTH_REASONS`; 0: nothing."""
-    guarded: Bool[Array, "frame"]
+    guarded: Bool[Array, "*frame"]
     """True where a camera is missing, or somebody may be hidden who was measured before: no full speed."""
     static_overflow: Bool[Array, ""]
     """True where the map of the set-up exceeded a capacity."""
@@ -45,6 +47,26 @@ class Frames(eqx.Module):
     """The map of the set-up, for fields that read it themselves. None: the frames have no map."""
     unseen: Bool[Array, "voxel"] | None = None
     """Voxels that no camera saw in the set-up."""
+    hidden: GridField | None = None
+    """Distance to space where somebody may be unseen; None: nobody is where no camera looks."""
+
+    @staticmethod
+    def nobody(
+        scene: GridField,
+        capacity: int,
+        cameras: int,
+        dtype: jnp.dtype,
+        overflow: Array,
+        known: FieldMap | None,
+        hidden: GridField | None = None,
+    ) -> "Frames":
+        """One image without anyone, without an axis of frames."""
+        cloud = Cloud(jnp.zeros((capacity, 3), dtype), jnp.zeros((capacity,), bool))
+        zero, no = jnp.zeros((), dtype), jnp.asarray(False)
+        reasons = jnp.zeros((cameras,), jnp.int32)
+        return Frames(
+            scene, cloud, zero + FAR, zero, jnp.zeros((), jnp.int32), no, reasons, no, overflow, known, None, hidden
+        )
 
 
 def frame_of(
@@ -67,6 +89,7 @@ def sense_sequence(
     cameras: Int[Array, "frame"],
     key: PRNGKeyArray,
     params: SenseParams,
+    hidden: GridField | None = None,
 ) -> Frames:
     """Every image of an episode, in the order of exposure.
 
@@ -82,6 +105,7 @@ def sense_sequence(
         cameras: which one takes each.
         key: random key of the noise.
         params: parameters of sensing.
+        hidden: distance to space where somebody may be unseen; None: nobody is there.
 
     Raises:
         ValueError: the number of arm poses differs from that of stamps.
@@ -98,5 +122,16 @@ def sense_sequence(
     start = initial_watch(voxels, survey, stamps[0])
     _, (cloud, beyond, reasons, guarded, good) = jax.lax.scan(image, start, (stamps, cameras, robot, keys))
     return Frames(
-        scene, cloud, beyond, stamps, cameras, good, reasons, guarded, survey.overflow, survey.map, survey.unseen
+        scene,
+        cloud,
+        beyond,
+        stamps,
+        cameras,
+        good,
+        reasons,
+        guarded,
+        survey.overflow,
+        survey.map,
+        survey.unseen,
+        hidden,
     )

@@ -81,6 +81,10 @@ class SenseParams(eqx.Module):
     """Height of the crop box above the table [m]."""
     noise: NoiseParams = NoiseParams()
     """Noise of the cameras."""
+    unseen_obstacle: bool = eqx.field(static=True, default=False)
+    """Whether the arm keeps away from space that no camera saw in the set-up, as from an obstacle."""
+    unseen_person: bool = eqx.field(static=True, default=False)
+    """Whether somebody may be in that space, so that the safety monitor counts the distance to it."""
 
 
 class Survey(eqx.Module):

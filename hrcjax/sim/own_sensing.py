@@ -1,0 +1,165 @@
+"""An episode that senses with the arm where it really is: between control ticks each camera takes its images at its own
+rate, with this setting's arm in the picture, occluding the view and removed from it where its encoders say it is.
+
+Sweeps share one sensing by all settings (`hrcjax.sim.sensing`), with a nominal arm; this is for one setting at a time.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.plan import path_curve
+from hrcjax.robot import arm_capsules, tool_frame
+from hrcjax.sense.rig import exposures
+from hrcjax.sim.cell import Cell
+from hrcjax.sim.episode import Episode, pack_cameras
+from hrcjax.sim.params import Params
+from hrcjax.sim.parts import Fields, Task
+from hrcjax.sim.prepare import LEAD, Surveyed
+from hrcjax.sim.sensing import Frames, frame_of
+from hrcjax.sim.survey import SenseParams
+from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
+from hrcjax.sim.watch import Watch, initial_watch, watch_image
+from hrcjax.typing import Array, Bool, Float, Int, Joints, PRNGKeyArray, Scalar
+
+PENDING = 6
+"""Images that are kept until they are used: more than are exposed within the latency."""
+
+
+class Kept(eqx.Module):
+    """The last images, in a ring."""
+
+    static: Any
+    """Field of the scene."""
+    moving: Any
+    """Fields of the people in each."""
+    stamp: Float[Array, "image"]
+    """When each was taken; minus infinity: none yet [s]."""
+    valid: Bool[Array, "image"]
+    """False where it was refused."""
+    guarded: Bool[Array, "image"]
+    """See `Frames.guarded`."""
+    faults: Int[Array, "image"]
+    """See `Record.cameras`."""
+    count: Int[Array, ""]
+    """Images so far."""
+
+
+def tick_images(cell: Cell, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The images before the episode (times [s], cameras), and those of every tick (times [s], cameras; -1: none).
+
+    Raises:
+        ValueError: more than one image in a tick.
+    """
+    stamps, cameras = exposures(rates, -LEAD, cell.ticks * cell.dt)
+    before = stamps < 0
+    at = np.floor(stamps[~before] / cell.dt + 1e-6).astype(int)
+    if len(np.unique(at)) != len(at):
+        raise ValueError(f"cameras of {rates} Hz take two images in one tick of {cell.dt} s; accepted: one at most")
+    times, which = np.zeros(cell.ticks), np.full(cell.ticks, -1, np.int32)
+    times[at], which[at] = stamps[~before], cameras[~before]
+    return stamps[before], cameras[before], times, which
+
+
+def episode_own(params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, sense: SenseParams) -> Episode:
+    """Plan a path and follow it beside the person, with images of this very arm.
+
+    Args:
+        known: the surveyed cell.
+        key: random key of the images' noise.
+        sense: parameters of sensing.
+    """
+    dtype, q_start = known.q_start.dtype, known.q_start
+    early, early_cameras, times, which = tick_images(cell, known.stage.rig.rates)
+    curve_of = cell.plan(params.plan, Task(known.scene, q_start))
+    curve = path_curve(curve_of.waypoints)
+    R_goal, _ = tool_frame(cell.arm, q_start)
+    capacity = cell.moving_points * cell.people
+
+    def look(state: Watch, kept: Kept, q: Joints, t: Scalar, camera: Array, key: PRNGKeyArray) -> tuple[Watch, Kept]:
+        """One image."""
+        arm = arm_capsules(cell.arm, q)
+        state, good = watch_image(
+            cell.voxels, sense, known.survey, known.stage, state, camera, t, arm, key, cell.latency
+        )
+        cloud, beyond, reasons, guarded = frame_of(
+            cell.voxels, sense, known.survey, known.stage, state, arm, capacity
+        )  # fmt: skip
+        one = Frames(
+            known.field, cloud, beyond, t, camera, good, reasons, guarded, known.survey.overflow, known.survey.map,
+            known.survey.unseen, known.hidden,
+        )  # fmt: skip
+        moving = fit_one(params, cell, one)[1]
+        place = kept.count % PENDING
+
+        def put(all_: Array, new: Array) -> Array:
+            return all_.at[place].set(new)
+
+        return state, Kept(
+            kept.static, jax.tree.map(put, kept.moving, moving), put(kept.stamp, t), put(kept.valid, good),
+            put(kept.guarded, guarded), put(kept.faults, pack_cameras(reasons)), kept.count + 1,
+        )  # fmt: skip
+
+    def sensed(kept: Kept, t: Scalar) -> Sensed:
+        """What of the images is in use at a time."""
+        arrived = kept.stamp <= t - cell.latency
+        usable = jnp.where(arrived & kept.valid, kept.stamp, -jnp.inf)
+        newest, latest = jnp.argmax(usable), jnp.argmax(jnp.where(arrived, kept.stamp, -jnp.inf))
+        age = jnp.where(jnp.isfinite(usable[newest]), t - usable[newest], jnp.inf)
+        fields = Fields(kept.static, jax.tree.map(lambda a: a[newest], kept.moving))
+        guarded = kept.guarded[newest] | kept.guarded[latest]
+        return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest])
+
+    state = initial_watch(cell.voxels, known.survey, jnp.asarray(early[0], dtype))
+    kept = nothing_kept(params, cell, known, capacity)
+    keys = jax.random.split(key, len(early) + cell.ticks)
+
+    def before(carry: tuple[Watch, Kept], item: tuple) -> tuple[tuple[Watch, Kept], None]:
+        t, camera, key = item
+        return look(*carry, q_start, t, camera, key), None
+
+    items = (jnp.asarray(early, dtype), jnp.asarray(early_cameras), keys[: len(early)])
+    (state, kept), _ = jax.lax.scan(before, (state, kept), items)
+
+    def one(carry: tuple[Watch, Kept, TickState], item: tuple) -> tuple[tuple[Watch, Kept, TickState], Record]:
+        state, kept, arm = carry
+        t, exposed, camera, key = item
+        state, kept = jax.lax.cond(
+            camera >= 0,
+            lambda: look(state, kept, arm.arm.q, exposed, jnp.maximum(camera, 0), key),
+            lambda: (state, kept),
+        )
+        arm, record = tick(params, cell, curve, R_goal, q_start, sensed(kept, t), arm)
+        return (state, kept, arm), record
+
+    items = (
+        jnp.asarray(cell.times, dtype), jnp.asarray(times, dtype), jnp.asarray(which), keys[len(early) :],
+    )  # fmt: skip
+    (_, _, final), record = jax.lax.scan(one, (state, kept, initial_state(cell, q_start)), items)
+    return Episode(curve_of, record, final)
+
+
+def fit_one(params: Params, cell: Cell, frame: Frames) -> tuple[Any, Any]:
+    """The field of the scene, and that of the people in one image."""
+    alone = eqx.tree_at(
+        lambda f: (f.moving, f.beyond, f.stamp, f.camera, f.valid, f.reasons, f.guarded),
+        frame,
+        replace_fn=lambda part: jax.tree.map(lambda a: a[None], part),
+    )
+    fields = cell.field.fit(params.field, alone)
+    return fields.static, jax.tree.map(lambda a: a[0], fields.moving)
+
+
+def nothing_kept(params: Params, cell: Cell, known: Surveyed, capacity: int) -> Kept:
+    """A ring without images."""
+    dtype, count = known.q_start.dtype, known.stage.rig.count
+    empty = Frames.nobody(known.field, capacity, count, dtype, known.survey.overflow, known.survey.map, known.hidden)
+    static, moving = fit_one(params, cell, empty)
+    no = jnp.zeros((PENDING,), bool)
+    return Kept(
+        static, jax.tree.map(lambda a: jnp.broadcast_to(a, (PENDING, *a.shape)), moving),
+        jnp.full((PENDING,), -jnp.inf, dtype), no, no, jnp.zeros((PENDING,), jnp.int32), jnp.zeros((), jnp.int32),
+    )  # fmt: skip
