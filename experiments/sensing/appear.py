@@ -70,9 +70,8 @@ def appear_case(bench: Bench, made: SetUp, t: NDArray, q: NDArray, frame: int) -
     rate = float(bench.person(made, "nobody").rate)
     begin = (frame - 1) / rate  # there as soon as the next frame counts
     person = appearing(bench, made, q[np.searchsorted(t, begin)].astype(float), frame)
-    world = bench.world(made, person)
-    played = bench.play(world)
-    stamps = np.asarray(world.frames.stamp, float)
+    played = bench.play(made, person)
+    stamps = played.stamp
     return {
         "begin": begin,
         "first": stamps[stamps > begin + 1e-6].min(),

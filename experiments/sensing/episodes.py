@@ -24,12 +24,8 @@ def is_clean(name: str, duration: float) -> bool:
     return not any(f"over {FASTEST:g} m/s" in note for note in recording_notes(name, duration))
 
 
-def measured(bench: Bench, made: SetUp, person: Person, played: Played, stamps: np.ndarray) -> dict[str, Any]:
-    """What is stored of an episode: what was sensed, and the truth beside it.
-
-    Args:
-        stamps: of the images [s].
-    """
+def measured(bench: Bench, made: SetUp, person: Person, played: Played) -> dict[str, Any]:
+    """What is stored of an episode: what was sensed, and the truth beside it."""
     arm, t, q = bench.cell.arm, played.t, played.q.astype(float)
     distance, speed = approach(arm, person, q, played.qd.astype(float), t)
     goal = np.asarray(made.scene.goal, float)
@@ -45,7 +41,7 @@ def measured(bench: Bench, made: SetUp, person: Person, played: Played, stamps: 
         "cameras": played.cameras,
         "plan_status": played.plan_status,
         "goal_distance": np.linalg.norm(played.tool - goal, axis=1),
-        "true_exposed": arm_person(arm, person, q, np.where(np.isfinite(played.age), stamps[played.image], t)),
+        "true_exposed": arm_person(arm, person, q, np.where(np.isfinite(played.age), played.stamp[played.image], t)),
         "true_now": arm_person(arm, person, q, t),
         "excess": excess_speed(distance, speed, bench.params.safety.ssm, bench.cell.dt),
         "clearance": arm_obstacles(arm, made.scene, q[::SELDOM]),
@@ -60,9 +56,8 @@ def arrives(case: dict[str, Any]) -> bool:
 def episode_case(bench: Bench, made: SetUp, name: str) -> dict[str, Any]:
     """An episode beside the people of a name."""
     person = bench.person(made, name)
-    world = bench.world(made, person)
-    played = bench.play(world)
-    found = measured(bench, made, person, played, np.asarray(world.frames.stamp, float))
+    played = bench.play(made, person)
+    found = measured(bench, made, person, played)
     found["static_error"] = error_at(bench, made, control_points(bench.cell.arm, played.q[::ALONG].astype(float)))
     found["clean"] = is_clean(name, bench.cell.ticks * bench.cell.dt)
     return found

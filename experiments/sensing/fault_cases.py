@@ -77,14 +77,12 @@ def schedule_of(kind: int, windows: list[Window], cameras: int, slots: int) -> F
 def fault_case(bench: Bench, made: SetUp, name: str, kind: int, windows: list[Window], slots: int) -> dict[str, Any]:
     """An episode beside somebody with short faults."""
     person = bench.person(made, name)
-    world = bench.world(made, person, schedule_of(kind, windows, made.rig.count, slots))
-    played = bench.play(world)
-    stamps = np.asarray(world.frames.stamp, float)
     cameras = made.rig.count
-    found = measured(bench, made, person, played, stamps)
+    played = bench.play(made, person, schedule_of(kind, windows, cameras, slots))
+    found = measured(bench, made, person, played)
     return found | {
-        "stamp": stamps,
-        "camera": np.asarray(world.frames.camera),
+        "stamp": played.stamp,
+        "camera": played.camera,
         "begin": np.asarray([w.begin for w in windows]),
         "end": np.asarray([w.end for w in windows]),
         "faulty": np.asarray([[c in w.cameras for c in range(cameras)] for w in windows]),
@@ -95,9 +93,7 @@ def lost_camera_case(bench: Bench, made: SetUp, camera: int, slots: int) -> dict
     """An episode with nobody there in which a camera is lost for good."""
     person = bench.person(made, "nobody")
     gone = Window((camera,), LOST_AT, float("inf"))
-    world = bench.world(made, person, schedule_of(DROPPED, [gone], made.rig.count, slots))
-    played = bench.play(world)
-    return measured(bench, made, person, played, np.asarray(world.frames.stamp, float))
+    return measured(bench, made, person, bench.play(made, person, schedule_of(DROPPED, [gone], made.rig.count, slots)))
 
 
 def ticks_of(case: dict[str, NDArray], k: int) -> NDArray:

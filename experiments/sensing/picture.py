@@ -19,7 +19,7 @@ def picture_case(bench: Bench, made: SetUp, name: str) -> dict[str, Any]:
     cell = bench.cell
     person = bench.person(made, name)
     world = bench.world(made, person)
-    played, frames = bench.play(world), world.frames
+    played, frames = bench.play_in(world), world.frames
     tick = int(WHEN * cell.ticks)
     t = played.t[tick]
     image = int(image_in_use(np.asarray(frames.stamp), np.asarray(frames.valid), np.asarray([t]), cell.latency)[0][0])

@@ -3,7 +3,6 @@
 import time
 from dataclasses import dataclass
 from functools import cached_property, partial
-from importlib.util import find_spec
 from typing import Any
 
 import jax
@@ -13,12 +12,25 @@ from numpy.typing import NDArray
 
 from hrcjax.cells.people import make_people
 from hrcjax.field.grid import GridField
-from hrcjax.lab.errors import UsageError
 from hrcjax.robot import arm_capsules
 from hrcjax.sense import FaultSchedule, no_faults
 from hrcjax.sense.rig import Rig, cell_rig
-from hrcjax.sim import Cell, Episode, Fields, Params, SenseParams, Survey, World, episode, sense_sequence, survey
-from hrcjax.sim.prepare import frame_stamps, nominal_motion, posture_at, scene_field, stage_for
+from hrcjax.sim import (
+    Cell,
+    Episode,
+    Fields,
+    Frames,
+    Params,
+    Record,
+    SenseParams,
+    Survey,
+    World,
+    episode,
+    sense_sequence,
+    survey,
+)
+from hrcjax.sim.own_sensing import episode_own
+from hrcjax.sim.prepare import Surveyed, frame_stamps, hidden_field, nominal_motion, posture_at, scene_field, stage_for
 from hrcjax.sim.scan import scan_postures
 from hrcjax.typing import Array
 from hrcjax.world import Person, Scene, scene_named
@@ -41,6 +53,8 @@ class SetUp:
     """Of the scan (look joint) [rad]."""
     survey: Survey
     field: GridField
+    hidden: GridField | None
+    """Distance to space where somebody may be unseen; None: nobody is there."""
     seconds: float
     """Time that the set-up's images took to compute [s]."""
     key: Array
@@ -66,14 +80,13 @@ class Bench:
     def _sensed(self) -> Any:
         cell = self.cell
 
-        def sensed(
-            surveyed: Any, field: Any, stage: Any, q: Array, stamps: Array, cameras: Array, key: Array, params: Any
-        ):
+        def sensed(known: Surveyed, q: Array, stamps: Array, cameras: Array, key: Array, params: SenseParams) -> Frames:
             robot = jax.vmap(partial(arm_capsules, cell.arm))(q)
             capacity = cell.moving_points * cell.people
             return sense_sequence(
-                cell.voxels, capacity, cell.latency, surveyed, field, stage, robot, stamps, cameras, key, params
-            )
+                cell.voxels, capacity, cell.latency, known.survey, known.field, known.stage, robot, stamps, cameras, key,
+                params, known.hidden,
+            )  # fmt: skip
 
         return jax.jit(sensed)
 
@@ -88,6 +101,13 @@ class Bench:
 
         return jax.jit(play)
 
+    @cached_property
+    def _own(self) -> Any:
+        def own(params: Params, known: Surveyed, key: Array, sense: SenseParams) -> Episode:
+            return episode_own(params, self.cell, known, key, sense)
+
+        return jax.jit(own)
+
     def set_up(self, name: str, seed: int) -> SetUp:
         """Looks at the empty cell."""
         scene = scene_named(name, seed)
@@ -101,40 +121,51 @@ class Bench:
         )
         seconds = time.perf_counter() - begin
         field = scene_field(self.cell, self.sense, surveyed)
-        return SetUp(name, seed, scene, rig, q_start, q_goal, postures, surveyed, field, seconds, frame_key)
+        hidden = hidden_field(self.cell, self.sense, surveyed)
+        return SetUp(name, seed, scene, rig, q_start, q_goal, postures, surveyed, field, hidden, seconds, frame_key)
 
     def person(self, made: SetUp, name: str) -> Person:
         """The people of a name in a scene."""
         return make_people(name, made.scene, made.seed, self.cell.ticks * self.cell.dt, self.cell.people)
+
+    def known(self, made: SetUp, person: Person, faults: FaultSchedule | None = None) -> Surveyed:
+        """The cell after its set-up, with the people who will come."""
+        suffered = no_faults(made.rig.count, self.dtype) if faults is None else faults
+        stage = stage_for(made.rig, made.scene, person, suffered)
+        return Surveyed(made.scene, made.q_start, made.survey, made.field, made.hidden, stage)
 
     def world(self, made: SetUp, person: Person, faults: FaultSchedule | None = None) -> World:
         """The world with every image of an episode."""
         stamps, cameras = frame_stamps(self.cell, made.rig)
         times = jnp.asarray(stamps, self.dtype)
         q = nominal_motion(made.q_start, made.q_goal, times, MOTION_SHARE * self.cell.ticks * self.cell.dt)
-        suffered = no_faults(made.rig.count, self.dtype) if faults is None else faults
-        stage = stage_for(made.rig, made.scene, person, suffered)
-        frames = self._sensed(made.survey, made.field, stage, q, times, jnp.asarray(cameras), made.key, self.sense)
+        frames = self._sensed(self.known(made, person, faults), q, times, jnp.asarray(cameras), made.key, self.sense)
         return World(made.scene, person, frames, made.q_start)
 
-    def play(self, world: World) -> "Played":
-        """One episode in a world."""
-        run = self._play(self.params, world, self._fit(self.params.field, world.frames))
-        return Played.of(self.cell, world, run)
+    def play(self, made: SetUp, person: Person, faults: FaultSchedule | None = None) -> "Played":
+        """One episode."""
+        stamps, cameras = frame_stamps(self.cell, made.rig)
+        if self.own:
+            record = self._own(self.params, self.known(made, person, faults), made.key, self.sense)
+            return played_own(self.cell, stamps, cameras, record)
+        return self.play_in(self.world(made, person, faults))
+
+    def play_in(self, world: World) -> "Played":
+        """One episode in a world that all settings share."""
+        return played_shared(
+            self.cell, world, self._play(self.params, world, self._fit(self.params.field, world.frames))
+        )
 
 
 def bench(cell: Cell, params: Params, sensing: str) -> Bench:
-    """The bench of a cell.
+    """The bench of a cell, in single precision.
 
-    Raises:
-        UsageError: a way of sensing that this version lacks.
+    Args:
+        sensing: "shared" or "own"; see `SensingConfig.sensing`.
     """
-    own = sensing == "own"
-    if own and find_spec("hrcjax.sim.own_sensing") is None:
-        raise UsageError("--sensing own: this version has shared sensing only; accepted: shared")
-    if own:
-        raise UsageError("--sensing own: not measured yet; accepted: shared")
-    return Bench(cell, jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params), SenseParams(), own)
+    return Bench(
+        cell, jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params), SenseParams(), sensing == "own"
+    )
 
 
 @dataclass(frozen=True)
@@ -163,21 +194,43 @@ class Played:
     plan_status: int
     """Bits of the plan; 7: clear."""
 
-    @classmethod
-    def of(cls, cell: Cell, world: World, run: Episode) -> "Played":
-        """From the compiled loop's results."""
-        record, frames = run.record, world.frames
-        t = np.asarray(cell.times, float)
-        image, age = image_in_use(np.asarray(frames.stamp), np.asarray(frames.valid), t, cell.latency)
-        latest, _ = image_in_use(np.asarray(frames.stamp), np.ones(len(frames.stamp), bool), t, cell.latency)
-        guarded = np.asarray(frames.guarded)
-        taken = {
-            name: np.asarray(getattr(record, name))
-            for name in ("q", "qd", "tool", "zone", "speed_limit", "separation", "cameras", "reasons")
-        }
-        return cls(
-            t=t, image=image, age=age, guarded=guarded[image] | guarded[latest], plan_status=int(run.path.status), **taken
-        )  # fmt: skip
+    stamp: NDArray
+    """When each image was exposed [s]."""
+    camera: NDArray
+    """By which camera."""
+
+
+def _columns(record: Record) -> dict[str, Any]:
+    names = ("q", "qd", "tool", "zone", "speed_limit", "separation", "cameras", "reasons")
+    return {name: np.asarray(getattr(record, name)) for name in names}
+
+
+def played_shared(cell: Cell, world: World, run: Episode) -> Played:
+    """An episode whose images show a nominal arm."""
+    frames, t = world.frames, np.asarray(cell.times, float)
+    stamp = np.asarray(frames.stamp, float)
+    image, age = image_in_use(stamp, np.asarray(frames.valid), t, cell.latency)
+    latest, _ = image_in_use(stamp, np.ones(len(stamp), bool), t, cell.latency)
+    guarded = np.asarray(frames.guarded)
+    return Played(
+        t=t, image=image, age=age, guarded=guarded[image] | guarded[latest], plan_status=int(run.path.status),
+        stamp=stamp, camera=np.asarray(frames.camera), **_columns(run.record),
+    )  # fmt: skip
+
+
+def played_own(cell: Cell, stamp: NDArray, camera: NDArray, run: Episode) -> Played:
+    """An episode whose images show this arm. Its images are not kept: which were good is told by what the ticks know of the
+    cameras, and it counts as guarded where the zone is not green."""
+    t, columns = np.asarray(cell.times, float), _columns(run.record)
+    latest, some = image_in_use(stamp, np.ones(len(stamp), bool), t, cell.latency)
+    valid = np.ones(len(stamp), bool)
+    wrong = ((columns["cameras"] >> (8 * camera[latest])) & 255) != 0
+    valid[latest[wrong & np.isfinite(some)]] = False
+    image, age = image_in_use(stamp, valid, t, cell.latency)
+    return Played(
+        t=t, image=image, age=age, guarded=columns["zone"] > 0, plan_status=int(run.path.status), stamp=np.asarray(stamp, float),
+        camera=np.asarray(camera), **columns,
+    )  # fmt: skip
 
 
 def image_in_use(stamp: NDArray, valid: NDArray, t: NDArray, latency: float) -> tuple[NDArray, NDArray]:
