@@ -266,7 +266,8 @@ def all_rows(cases: Cases, params: Params, latency: float, full_speed: float, cl
     if gone:
         rows["fault_one_camera_arrives"] = row(np.mean([arrives(dict(case)) for case in gone]), "1")
         late = _joined((case["zone"] == 0)[case["t"] > 1.2] for case in gone)
-        rows["fault_one_camera_green"] = row(late.mean(), "1")
+        if len(late):
+            rows["fault_one_camera_green"] = row(late.mean(), "1")
     rows |= hand_rows(list(_of(cases, "hands").values()))
     times = _joined(case["seconds"] for case in _of(cases, "images").values())
     if len(times):
