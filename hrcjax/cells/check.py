@@ -96,7 +96,7 @@ def _check_results(named: NamedCell) -> None:
     qdd = jax.eval_shape(cell.policy, params.policy, body, goal, room, JointLimits(q, q, q, q))
     _shape("policy", qdd, lambda shape: shape == (joints,), f"({joints},), an acceleration of each joint")
     memory = jax.eval_shape(lambda: cell.safety.start(jnp.dtype("float32")))
-    separation = Separation(zeros(points), zeros(points), zeros(), jnp.asarray(True), cell.dt)
+    separation = Separation(zeros(points), zeros(points), zeros(), jnp.asarray(True), jnp.asarray(False), cell.dt)
     answer = jax.eval_shape(lambda p, m: cell.safety.decide(p, m, separation), params.safety, memory)
     if not (isinstance(answer, tuple) and len(answer) == 2):
         raise UsageError(f"monitor: returns {type(answer).__name__}; accepted: (memory, SafetyDecision)")

@@ -58,8 +58,8 @@ def learn_background(
     return Background(
         known.total + jnp.where(measured, depth, 0.0),
         jnp.where(measured, jnp.minimum(known.least, depth), known.least),
-        known.count + measured,
-        known.shown + clear,
+        known.count + measured.astype(depth.dtype),
+        known.shown + clear.astype(depth.dtype),
     )
 
 

@@ -54,29 +54,31 @@ def presence_cloud(
     near = pack_columns(layout, jnp.sum(centres(layout, dtype) ** 2, axis=1) < COARSE_FROM**2)
     fine = _points(layout, track, live, people, (people | shell) & near, 1, NEAR_CANDIDATES)
     coarse = _points(layout, track, live, people, (people | shell) & ~near, 2, FAR_CANDIDATES)
-    points, occupied, there = (jnp.concatenate(pair) for pair in zip(fine[:3], coarse[:3], strict=True))
-    over = fine[3] | coarse[3]
+    points, occupied, there, space = (jnp.concatenate(pair) for pair in zip(fine[:4], coarse[:4], strict=True))
+    over = fine[4] | coarse[4]
     # the robot's own space holds nobody
     there = there & (occupied | remove_body(Cloud(points, there), robot, 1.0, 0.0).mask)
     square = jnp.where(there, jnp.sum(points * points, axis=1), jnp.inf)
-    negative, best = jax.lax.top_k(-square, min(capacity + 1, square.size))
-    mask = jnp.isfinite(negative[:capacity])
-    kept = jnp.where(mask[:, None], points[best[:capacity]], 0.0)
-    beyond = jnp.where(over, 0.0, jnp.sqrt(jnp.where(jnp.isfinite(negative[-1]), -negative[-1], FAR * FAR)))
-    return Presence(Cloud(kept, mask), beyond.astype(dtype), track.unsure)
+    negative, best = jax.lax.top_k(-square, min(capacity, square.size))
+    mask = jnp.isfinite(negative)
+    kept = jnp.where(mask[:, None], points[best], 0.0)
+    # whoever has no point is somewhere in the voxels that have none
+    beyond = jnp.min(jnp.where(there.at[best].set(False), space, FAR), initial=FAR)
+    return Presence(Cloud(kept, mask), jnp.where(over, 0.0, beyond).astype(dtype), track.unsure)
 
 
 def _points(
     layout: VoxelLayout, track: Track, live: Array, people: Columns, wanted: Columns, merge: int, most: int
-) -> tuple[Array, Array, Array, Array]:
+) -> tuple[Array, Array, Array, Array, Array]:
     """A point for each cube of `merge` voxels of a set: the mean of what was measured in it, else its middle.
 
     Returns:
-        the points [m], whether they were measured, whether they exist, and whether there were more than `most`.
+        the points [m], whether they were measured, whether they exist, the distance of their cubes from the robot's base [m],
+        and whether there were more than `most`.
     """
     dtype, shape = track.time.dtype, layout.shape
 
-    def cubes(columns: Columns) -> Bool[Array, "x y z"]:
+    def cubes(columns: Columns) -> Bool[Array, "i j k"]:
         grid = unpack_columns(layout, columns).reshape(shape)
         split = grid.reshape(shape[0] // merge, merge, shape[1] // merge, merge, shape[2] // merge, merge)
         return jnp.any(split, axis=(1, 3, 5))
@@ -94,4 +96,5 @@ def _points(
     measured = there & (row[:, 0] > 0)
     middle = jnp.asarray(layout.lower, dtype) + layout.edge * (corner.astype(dtype) + 0.5 * merge)
     points = jnp.where(measured[:, None], row[:, 1:] / jnp.maximum(row[:, :1], 1.0), middle)
-    return points, measured, there, jnp.sum(filled) > most
+    nearest = jnp.maximum(jnp.abs(middle) - 0.5 * merge * layout.edge, 0.0)
+    return points, measured, there, jnp.sqrt(jnp.sum(nearest * nearest, axis=1)), jnp.sum(filled) > most

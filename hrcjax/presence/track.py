@@ -199,12 +199,17 @@ def update_track(
     entered = jax.lax.fori_loop(
         0, steps.astype(jnp.int32), lambda _, known: grow(layout, known | empty.outside) & blind, track.entered & blind
     )
-    # hidden pockets that hang together with nobody, and are too small for a body
-    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), lost)
-    anchors = grow(layout, reach) | body
-    lost = jax.lax.fori_loop(0, REACHED, lambda _, known: lost & grow(layout, known), lost & anchors)
+    # hidden pockets that hang together with nobody, but through the space behind people in view, and have no room for a body
+    shadow = union(after.shadow, live)
+    pockets = lost & ~shadow
+    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), pockets)
+    near = grow(layout, reach)
+    pockets = jax.lax.fori_loop(0, REACHED, lambda _, known: pockets & grow(layout, known), pockets & (near | body))
+    behind = lost & shadow
+    behind = jax.lax.fori_loop(0, REACHED, lambda _, known: behind & grow(layout, known), behind & (near | pockets))
+    lost = pockets | behind
     growth = jnp.minimum(way - steps * layout.edge, layout.edge)
-    unsure = count_voxels(lost & ~union(after.shadow, live)) >= LEAST_LOST
+    unsure = count_voxels(pockets) >= LEAST_LOST
     return eqx.tree_at(
         lambda t: (t.lost, t.entered, t.growth, t.missing, t.unsure), after, (lost, entered, growth, missing, unsure)
     )

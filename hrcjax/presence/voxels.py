@@ -94,7 +94,7 @@ def _shifted(columns: Columns, axis: int) -> tuple[Columns, Columns]:
 def grow(layout: VoxelLayout, columns: Columns, steps: int = 1) -> Columns:
     """The set with all voxels within some steps, over corners too."""
 
-    def step(_: int, known: Columns) -> Columns:
+    def step(_: int | Int[Array, ""], known: Columns) -> Columns:
         known = (known | (known << 1) | (known >> 1)) & all_voxels(layout)
         for axis in (0, 1):
             up, down = _shifted(known, axis)

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcjax.field import FieldParams
+from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.reference.arm import SerialArm
 from hrcjax.reference.clock import Clock, advance
 from hrcjax.reference.curve import Curve
-from hrcjax.reference.fields import Field, fit, lower_bound, union
+from hrcjax.reference.fields import Field, Scene, Spread, fit, read, scene_of
 from hrcjax.reference.limits import limit_acceleration
 from hrcjax.reference.motion import Limits, Motion
 from hrcjax.reference.plain import plain
@@ -21,22 +22,33 @@ from hrcjax.reference.safety import Monitor, Zone, governor
 from hrcjax.robot import COVER_MARGIN
 from hrcjax.sim import Cell, Frames, Params
 from hrcjax.sim.cell import TOOL_REACH
+from hrcjax.sim.default_parts import COARSE_EDGE
 
 
 @dataclass(frozen=True)
 class Seen:
     """The camera's frames as fitted fields."""
 
-    static: Field
-    """Field of the static scene."""
+    scene: Scene
+    """What stands."""
     moving: list[Field]
     """Fields of the moving points, frame by frame."""
+    beyond: list[float]
+    """Frame by frame: who has no point in it is farther from the base than this [m]."""
+    spread: Spread
+    """How far people reach beyond their points."""
+    taken: list[float]
+    """Stamps of all frames, increasing [s]."""
     stamp: list[float]
     """Stamps of the valid frames, increasing [s]."""
     frame: list[int]
     """Indices of these frames."""
-    overflow: list[bool]
-    """Whether each frame dropped points."""
+    guarded: list[bool]
+    """Whether somebody may be where no camera looks, frame by frame."""
+    reasons: list[list[int]]
+    """What is wrong with the cameras, frame by frame."""
+    known: bool
+    """False where the map of the scene exceeded a capacity."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +67,7 @@ class SerialRecord:
     approach: NDArray
     speed_limit: NDArray
     zone: NDArray
+    cameras: NDArray
     status: NDArray
 
 
@@ -65,19 +78,24 @@ def see(params: FieldParams, frames: Frames) -> Seen:
         params: with plain numbers as leaves.
         frames: the camera's frames, with increasing stamps.
     """
-    length_scale, noise = cast(float, params.length_scale), cast(float, params.noise)
+    number = {name: cast(float, value) for name, value in vars(plain(params)).items()}
 
     def field(points: NDArray, mask: NDArray) -> Field:
-        return fit(np.asarray(points, np.float64)[np.asarray(mask)], length_scale, noise)
+        return fit(np.asarray(points, np.float64)[np.asarray(mask)], number["length_scale"], number["noise"])
 
     points, mask = np.asarray(frames.moving.points), np.asarray(frames.moving.mask)
     valid, stamp = np.asarray(frames.valid), np.asarray(frames.stamp, np.float64)
     return Seen(
-        static=field(np.asarray(frames.static.points), np.asarray(frames.static.mask)),
+        scene=scene_of(frames.scene),
         moving=[field(*frame) for frame in zip(points, mask, strict=True)],
+        beyond=np.asarray(frames.beyond, np.float64).tolist(),
+        spread=Spread(number["spread"], number["far_spread"], number["person_noise"], COARSE_FROM, COARSE_EDGE),
+        taken=stamp.tolist(),
         stamp=stamp[valid].tolist(),
         frame=np.flatnonzero(valid).tolist(),
-        overflow=np.asarray(frames.overflow | frames.static_overflow).tolist(),
+        guarded=np.asarray(frames.guarded).tolist(),
+        reasons=np.asarray(frames.reasons).tolist(),
+        known=not bool(frames.static_overflow),
     )
 
 
@@ -85,6 +103,11 @@ def newest(seen: Seen, exposed: float) -> tuple[int, float]:
     """The newest valid frame taken at `exposed` [s] or before, and its age then; none: 0, and infinite [s]."""
     place = bisect_right(seen.stamp, exposed) - 1
     return (seen.frame[place], exposed - seen.stamp[place]) if place >= 0 else (0, inf)
+
+
+def latest(seen: Seen, exposed: float) -> int:
+    """The newest frame taken by then, valid or not; none: 0."""
+    return max(bisect_right(seen.taken, exposed) - 1, 0)
 
 
 def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArray) -> SerialRecord:
@@ -102,7 +125,6 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
     limits = Limits(robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max)
     monitor, motion = Monitor(params.safety, dt), params.motion
     count, radii = len(robot.control_links), robot.control_radii
-    length_scale = cast(float, params.field.length_scale)
     clock, zone = Clock(), Zone()
     rows = []
     for time in cell.times.tolist():
@@ -111,11 +133,16 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         body, tool = Motion(*(part[:count] for part in points)), Motion(*(part[count:] for part in points))
 
         frame, age = newest(seen, time - cell.latency)
-        d_all, g_all, d_person, g_person = union(seen.static, seen.moving[frame], body.x)
+        d_all, g_all, d_person, g_person = read(seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x)
         clearance = d_all - radii
-        separation = lower_bound(d_person, cast(float, params.field.person_radius), length_scale) - radii - COVER_MARGIN
+        separation = d_person - radii - COVER_MARGIN
         approach = -(g_person * body.xd).sum(axis=1)
-        zone, decision = monitor(zone, separation, approach, age + cell.latency, not seen.overflow[frame])
+        now = latest(seen, time - cell.latency)
+        guarded = seen.guarded[frame] or seen.guarded[now]
+        old = age + cell.latency
+        since = np.clip(old - params.safety.ssm.reaction_time, 0.0, params.safety.max_age)  # what S_p does not count on
+        nearer = separation - params.safety.ssm.v_h_near * since
+        zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
         speed_limit = float(decision.point_limit.min())
 
         reference, tangent, curvature = curve.at(clock.s)
@@ -139,7 +166,8 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         rows.append(
             (
                 q, qd, qdd, tau, tool.x[0], reference, travelled, separation.min(), clearance.min(), approach.max(),
-                speed_limit, zone.zone, bad + 2 * clipped + 4 * broken,
+                speed_limit, zone.zone, sum(bits << 8 * k for k, bits in enumerate(seen.reasons[now][:3])),
+                bad + 2 * clipped + 4 * broken,
             )
         )  # fmt: skip
     return SerialRecord(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -1,14 +1,18 @@
-"""The distance field of a cloud: lumped weights, distances of a union, and the bound for convex bodies.
+"""The distance fields in NumPy and SciPy: the cloud's Gaussian process, the scene's spline, both together, the bound to people.
 
 The formulas are those of `hrcjax.field` for the squared-exponential kernel. Its default weights need no linear solve
-(`solver="lumped"`), so there is none here either. Masked points are removed before.
+(`solver="lumped"`), so there is none here either. Masked points are removed before. The spline is SciPy's, through the
+coefficients of the grid.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import NdBSpline
 from scipy.spatial.distance import cdist
+
+from hrcjax.field import GridField
 
 FAR = 10.0
 """Distance of a field without points [m]."""
@@ -28,6 +32,18 @@ class Field:
     """Length scale of the kernel [m]."""
 
 
+@dataclass(frozen=True)
+class Scene:
+    """The distance to all that stands."""
+
+    spline: NdBSpline
+    """Inside the box."""
+    lower: NDArray
+    """Corners of the box [m]."""
+    upper: NDArray
+    """[m]"""
+
+
 def fit(points: NDArray, length_scale: float, noise: float) -> Field:
     """The field of surface points: alpha_i = 1 / (noise^2 + sum_j k_ij).
 
@@ -41,6 +57,26 @@ def fit(points: NDArray, length_scale: float, noise: float) -> Field:
     return Field(points, weights[:, None] * np.column_stack([np.ones(len(points)), points]), length_scale)
 
 
+def scene_of(grid: GridField) -> Scene:
+    """The spline of a grid: coefficient k of an edge belongs to the B-spline about node k - 1."""
+    layout = grid.layout
+    knots = tuple(
+        low + layout.spacing * np.arange(-3, nodes + 3) for low, nodes in zip(layout.lower, layout.shape, strict=True)
+    )
+    spline = NdBSpline(knots, np.asarray(grid.coefficients, np.float64), 3)
+    return Scene(spline, np.array(layout.lower), np.array(layout.upper))
+
+
+def scene_distance(scene: Scene, x: NDArray) -> tuple[NDArray, NDArray]:
+    """Distance [m] and gradient [1] at every x; outside the box that at the nearest place in it, and the way there."""
+    place = np.clip(x, scene.lower, scene.upper)
+    way = x - place
+    length = np.sqrt((way * way).sum(axis=1))
+    slope = np.stack([scene.spline(place, nu=nu) for nu in ((1, 0, 0), (0, 1, 0), (0, 0, 1))], axis=1)
+    out = way / np.where(length > 0, length, 1.0)[:, None]
+    return scene.spline(place) + length, np.where(way == 0, slope, out)
+
+
 def _occupancy(field: Field, x: NDArray) -> tuple[NDArray, NDArray]:
     """Logarithm of the occupancy, and the vector from the weighted mean of the points to the query, by query [1], [m]."""
     if not len(field.points):
@@ -52,9 +88,8 @@ def _occupancy(field: Field, x: NDArray) -> tuple[NDArray, NDArray]:
     return np.log(sums[:, 0]) - precision * nearest, x - sums[:, 1:] / sums[:, :1]
 
 
-def _read(log_o: NDArray, offset: NDArray, length_scale: float) -> tuple[NDArray, NDArray]:
-    """Distance [m] and gradient [1]: l sqrt(-2 ln o), bent to 0 near the surface."""
-    v = -2.0 * log_o
+def _root(v: NDArray) -> tuple[NDArray, NDArray]:
+    """Square root of v, bent to 0 near 0, and its slope [1]."""
     root = np.sqrt(np.maximum(v, ROOT_BLEND**2))
     slope = 0.5 / root
     near = v <= ROOT_BLEND**2
@@ -62,48 +97,60 @@ def _read(log_o: NDArray, offset: NDArray, length_scale: float) -> tuple[NDArray
         t = np.maximum(v, 0.0) / ROOT_BLEND**2
         root = np.where(near, ROOT_BLEND * t * (1.5 - 0.5 * t), root)
         slope = np.where(near, np.where(v > 0, (1.5 - t) / ROOT_BLEND, 0.0), slope)
-    return length_scale * root, (2.0 * slope / length_scale)[:, None] * offset
+    return root, slope
 
 
-def _nothing(x: NDArray) -> tuple[NDArray, NDArray]:
-    """Distance and gradient of no points."""
-    return np.full(len(x), FAR), np.zeros_like(x)
+@dataclass(frozen=True)
+class Spread:
+    """How far a person reaches beyond the points of the cloud [m]; as `hrcjax.field.FieldParams`."""
+
+    near: float
+    """About the points of single voxels [m]."""
+    far: float
+    """About those of coarse cubes [m]."""
+    noise: float
+    """Of the points themselves [m]."""
+    coarse_from: float
+    """Distance from the base at which points are surely coarse [m]."""
+    over: float
+    """Way over which the spread grows before it [m]."""
 
 
-def union(static: Field, moving: Field, x: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Distance [m] and gradient [1] at every x, to both fields together and to the moving one alone.
+def read(
+    scene: Scene, people: Field, beyond: float, spread: Spread, x: NDArray
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """At every x: distance to everything and its gradient, lower bound of the distance to people and its unit gradient.
 
     Args:
-        static: of the scene.
-        moving: of the moving points, with the same length scale.
+        scene: what stands.
+        people: field of the moving points.
+        beyond: who has no point in it is farther from the base than this [m].
+        spread: what the bound is lowered by.
         x: queries, (point 3) [m].
     """
-    log_s, offset_s = _occupancy(static, x)
-    log_m, offset_m = _occupancy(moving, x)
-    d, g = _read(log_m, offset_m, moving.length_scale) if len(moving.points) else _nothing(x)
-    if not len(static.points) and not len(moving.points):
-        return d, g, d, g
-    log_all = np.logaddexp(log_s, log_m)
-    offset = np.exp(log_s - log_all)[:, None] * offset_s + np.exp(log_m - log_all)[:, None] * offset_m
-    d_all, g_all = _read(log_all, offset, static.length_scale)
-    return d_all, g_all, d, g
+    scale = people.length_scale
+    d, g = scene_distance(scene, x)
+    log_p, offset = _occupancy(people, x)
+    log_s = -0.5 * np.sign(d) * (d / scale) ** 2
+    log_all = np.logaddexp(log_s, log_p)
+    pull = np.exp(log_s - log_all)[:, None] * np.abs(d)[:, None] * g + np.exp(log_p - log_all)[:, None] * offset
+    root, slope = _root(-2.0 * log_all)
+    away, bound = np.zeros_like(x), np.full(len(x), FAR)
+    if len(people.points):
+        least = np.log(people.columns[:, 0].min())
+        mean = np.linalg.norm(x - offset, axis=1)
+        share = np.clip((mean - spread.coarse_from) / spread.over + 1.0, 0.0, 1.0)
+        margin = spread.near * (1.0 - share) + spread.far * share + spread.noise
+        bound = scale * _root(2.0 * (least - log_p))[0] - margin
+        away = _unit(offset)
+    room = beyond - np.linalg.norm(x, axis=1)
+    nearer = room < bound
+    bound = np.where(nearer, room, bound)
+    away = np.where(nearer[:, None], -_unit(x), away)
+    return scale * root, (2.0 * slope / scale)[:, None] * pull, bound, away
 
 
-def lower_bound(d_hat: NDArray, radius: float, length_scale: float) -> NDArray:
-    """The distances at which the field of a sphere reads d_hat, by Newton's method from above [m].
-
-    Args:
-        d_hat: distances read [m].
-        radius: smallest radius of a body [m].
-        length_scale: of the field [m].
-    """
-    two_l2 = 2.0 * length_scale**2
-    d_hat = np.maximum(d_hat, 0.0)
-    square, d = d_hat * d_hat, d_hat
-    for _ in range(8):
-        excess = d * d + two_l2 * np.log1p(d / radius) - square
-        change = excess / (2.0 * d + two_l2 / (radius + d))
-        d = np.maximum(d - change, 0.0)
-        if np.abs(change).max() < 1e-14:
-            break
-    return d
+def _unit(v: NDArray) -> NDArray:
+    """Vectors of length 1; 0 where there is no direction [1]."""
+    size = np.linalg.norm(v, axis=1, keepdims=True)
+    return v / np.where(size > 0, size, 1.0)

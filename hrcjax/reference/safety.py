@@ -79,11 +79,11 @@ class Monitor:
             return RED if self.params.zone.red_only_slows else STOP
         return GREEN if d >= self.green + slack else YELLOW if d >= self.yellow + slack else RED
 
-    def update(self, state: Zone, d: float, hold: bool) -> Zone:
+    def update(self, state: Zone, d: float, hold: bool, least: int) -> Zone:
         """The zone one tick later: more restrictive at once, less restrictive after a delay, with hysteresis."""
         zone = self.params.zone
-        tight = STOP if hold else self.zone_at(d)
-        loose = STOP if hold else self.zone_at(d, zone.hysteresis)
+        tight = max(STOP if hold else self.zone_at(d), least)
+        loose = max(STOP if hold else self.zone_at(d, zone.hysteresis), least)
         if loose >= state.zone:
             return Zone(max(tight, state.zone))
         candidate, waited = max(loose, state.candidate), state.waited + self.dt
@@ -91,19 +91,22 @@ class Monitor:
             return Zone(max(tight, state.zone), waited, candidate)
         return Zone(tight if tight >= state.zone else candidate)
 
-    def __call__(self, state: Zone, d: NDArray, approach: NDArray, age: float, valid: bool) -> tuple[Zone, Decision]:
+    def __call__(
+        self, state: Zone, d: NDArray, approach: NDArray, age: float, valid: bool, guarded: bool
+    ) -> tuple[Zone, Decision]:
         """Zone and limits of this tick.
 
         Args:
             d: distance of every control point's surface to the person [m].
             approach: speed of every point towards the person [m/s].
             age: of the person data [s].
-            valid: whether the frame dropped no points.
+            valid: whether the map of the scene exceeded no capacity.
+            guarded: whether somebody may be where no camera looks: yellow and the red speed at best.
         """
         params = self.params
         finite = bool(np.isfinite(d).all() and np.isfinite(approach).all())
         hold = not abs(age) <= params.max_age or not finite or not valid
-        state = self.update(state, float(d.min()), hold)
+        state = self.update(state, float(d.min()), hold, YELLOW if guarded else GREEN)
         if hold or state.zone == STOP:
             return state, Decision(np.zeros_like(d), hold)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
@@ -111,6 +114,8 @@ class Monitor:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
+        if guarded:
+            limit = np.minimum(limit, self.params.zone.red_speed)
         return state, Decision(limit, hold)
 
 

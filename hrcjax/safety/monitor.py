@@ -8,7 +8,7 @@ from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
-from hrcjax.safety.zones import STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
+from hrcjax.safety.zones import GREEN, STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 OLD_DATA = 1
@@ -75,7 +75,8 @@ def monitor(
         valid: whether the sensor vouches for the frame.
         pfl_speed: power-and-force speed of the nearest body region; None: not watched [m/s].
         v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
-        guarded: whether somebody may be where no camera looks: the zone is yellow at best.
+        guarded: whether somebody may be where no camera looks: the zone is yellow at best, and the speed that of red, the
+            reduced speed.
     """
     nearest = jnp.min(d)  # NaN if any is
     old = ~(jnp.abs(jnp.asarray(age)) <= params.max_age)
@@ -88,13 +89,15 @@ def monitor(
     invalid = ~jnp.asarray(valid)
     hold = old | ~finite | invalid
 
-    state = update_zone(params, state, nearest, ~hold, dt, head_distance, YELLOW * jnp.asarray(guarded))
+    state = update_zone(params, state, nearest, ~hold, dt, head_distance, jnp.where(guarded, YELLOW, GREEN))
 
     def point_limit(one: Float[Array, ""]) -> Float[Array, ""]:
         person = assumed_human_speed(params.ssm, one) if v_h is None else v_h
         return zone_speed(params, state.zone, one, pfl_speed, person)
 
-    limit = jnp.where(hold, 0.0, jax.vmap(point_limit)(d))
+    limit = jax.vmap(point_limit)(d)
+    limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
+    limit = jnp.where(hold, 0.0, limit)
     scale = jnp.where(hold, 0.0, speed_scale(v_r, limit))
 
     only_slows = params.zone.red_only_slows

@@ -13,17 +13,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.field import FieldParams, fit, lower_bound, union_distance_and_gradient
+from hrcjax.field import FieldParams, GridLayout, fit_grid, grid_nodes
 from hrcjax.geom.cloud import Cloud
 from hrcjax.plan import path_curve
+from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.reference import fields as serial_fields
 from hrcjax.reference.clock import Clock, advance
 from hrcjax.reference.curve import Curve
 from hrcjax.reference.episode import episode, see
 from hrcjax.robot import load_arm, tool_frame, with_tool
-from hrcjax.safety import INVALID_FRAME, OLD_DATA, TOO_CLOSE, WAITING, ClockParams, ClockState
+from hrcjax.safety import GREEN, INVALID_FRAME, OLD_DATA, TOO_CLOSE, WAITING, YELLOW, ClockParams, ClockState
 from hrcjax.safety import advance as jax_advance
-from hrcjax.sim import Cell, Frames, Params, Record, fit_fields, follow
+from hrcjax.sim import Cell, Fields, Frames, Params, Record, fit_fields, follow
+from hrcjax.sim.default_parts import COARSE_EDGE, read_fields
 
 FRAMES, PLACES = 30, 40
 TORQUE_LIMITED = 2
@@ -45,20 +47,32 @@ def at(cell):
     return np.asarray(tool_frame(cell.arm, jnp.asarray(cell.arm.home))[1])
 
 
+def box_field(middle, half, layout):
+    """The distance to a box, sampled: negative within it."""
+    way = np.abs(np.asarray(grid_nodes(layout, np.float64)) - middle) - half
+    d = np.linalg.norm(np.maximum(way, 0.0), axis=1) + np.minimum(way.max(axis=1), 0.0)
+    return fit_grid(layout, jnp.asarray(d.reshape(layout.shape)))
+
+
 def frames_of(at, gap, present=True):
-    """A block behind the tool, and a person-like cylinder at a distance from the tool that changes [m]."""
-    rng = np.random.default_rng(0)
+    """A block behind the tool, and a person-like cylinder at a distance from the tool that changes [m]; two cameras.
+
+    Much of the arm is outside of the grid of the scene.
+    """
     k = np.arange(PLACES)
     cylinder = np.column_stack([0.1 * np.cos(k), 0.1 * np.sin(k), np.linspace(-0.3, 0.4, PLACES)])
     points = at + cylinder + np.asarray(gap)[:, None, None] * np.array([0.5, 0.8, 0.1])
-    block = at + np.array([0.0, -0.2, -0.05]) + rng.uniform(-0.08, 0.08, (30, 3))
+    layout = GridLayout(tuple(at - np.array([0.3, 0.4, 0.35])), (13, 17, 12), 0.05)
     yes = jnp.ones(FRAMES, bool)
     return Frames(
-        static=Cloud(jnp.asarray(block), jnp.asarray(np.arange(30) % 7 > 0)),
+        scene=box_field(at + np.array([0.0, -0.2, -0.05]), np.array([0.08, 0.08, 0.06]), layout),
         moving=Cloud(jnp.asarray(points), jnp.full((FRAMES, PLACES), present)),
+        beyond=jnp.full(FRAMES, 10.0),
         stamp=jnp.asarray((np.arange(FRAMES) - 3) / 30),
+        camera=jnp.asarray(np.arange(FRAMES) % 2),
         valid=yes,
-        overflow=~yes,
+        reasons=jnp.zeros((FRAMES, 2), int),
+        guarded=~yes,
         static_overflow=jnp.asarray(False),
     )
 
@@ -76,13 +90,18 @@ def quick(speed):
 
 
 def visit(at):
-    """The person comes to the tool and leaves; one frame is invalid, so that data age; another has lost points."""
+    """The person comes to the tool and leaves; one frame is invalid, so that data age; before, somebody has no point in the cloud."""
     gap = np.interp(
         np.arange(FRAMES) / 30, [0.0, 0.25, 0.35, 0.45, 0.55, 0.6, 0.8], [1.5, 1.1, 0.75, 0.7, 0.0, 0.0, 1.9]
     )
     frames = frames_of(at, gap)
-    valid, overflow = frames.valid.at[17].set(False), frames.overflow.at[26].set(True)
-    return quick(0.6), eqx.tree_at(lambda f: (f.valid, f.overflow), frames, (valid, overflow)), bow(at, 0.3)
+    valid, beyond = frames.valid.at[17].set(False), frames.beyond.at[5:9].set(1.35)
+    reasons = frames.reasons.at[17:, 1].set(64).at[25, 0].set(3)
+    return (
+        quick(0.6),
+        eqx.tree_at(lambda f: (f.valid, f.beyond, f.reasons), frames, (valid, beyond, reasons)),
+        bow(at, 0.3),
+    )
 
 
 def alone(at):
@@ -127,10 +146,11 @@ def test_a_person_comes_and_goes(program, cell, at):
     ours, theirs = both(program, cell, visit(at))
     assert_same(ours, theirs)
     reasons = np.bitwise_or.reduce(np.asarray(ours.reasons))
-    assert reasons == OLD_DATA | INVALID_FRAME | TOO_CLOSE | WAITING, "the scenario must show all of them"
-    assert set(theirs.zone) == {1, 2, 3} and np.diff(theirs.zone).min() < 0
+    assert reasons == OLD_DATA | TOO_CLOSE | WAITING, "the scenario must show all of them"
+    assert set(theirs.zone) == {0, 1, 2, 3} and np.diff(theirs.zone).min() < 0
     assert theirs.separation.min() < 0
     assert ((theirs.approach > theirs.speed_limit) & (theirs.speed_limit > 0)).any(), "the governor must have work"
+    assert set(theirs.cameras) == {0, 64 << 8, 3 + (64 << 8)}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -144,7 +164,7 @@ def test_other_parameters_count_alike(program, cell, at, seed):
     assert np.abs(theirs.q - both(program, cell, (params, frames, path))[1].q).max() > 1e-4
 
 
-def test_a_static_cloud_that_lost_points_holds_the_arm(program, cell, at):
+def test_a_map_that_lost_points_holds_the_arm(program, cell, at):
     params, frames, path = visit(at)
     ours, theirs = both(
         program, cell, (params, eqx.tree_at(lambda f: f.static_overflow, frames, jnp.asarray(True)), path)
@@ -159,6 +179,25 @@ def test_nobody_there_to_the_end_of_the_path(program, cell, at):
     assert np.asarray(ours.reasons)[0] == OLD_DATA and theirs.zone[-1] == 0
     assert theirs.travelled[-1] == theirs.travelled[-2] > 0.035, "the clock must come to the end"
     assert (theirs.status == TORQUE_LIMITED).any()
+    assert theirs.field_clearance.min() < 0.1, "the block must be near"
+
+
+def test_yellow_at_best_while_somebody_may_hide(program, cell, at):
+    """In a frame that is used, and in one that is not but is known to be missing; older frames count while they are used."""
+    params, frames, path = alone(at)
+    used, refused, older = 12, 18, 24
+    valid = frames.valid.at[jnp.asarray([refused, older + 1])].set(False)
+    guarded = frames.guarded.at[jnp.asarray([used, refused, older])].set(True)
+    ours, theirs = both(
+        program, cell, (params, eqx.tree_at(lambda f: (f.valid, f.guarded), frames, (valid, guarded)), path)
+    )
+    assert_same(ours, theirs)
+    now = np.floor((cell.times - cell.latency) * 30 + 3 + 1e-9).astype(int)
+    for frame in (used, refused, older, older + 1):
+        zones = theirs.zone[now == frame]
+        assert zones[0] == YELLOW and (zones >= YELLOW).all(), frame
+    for frame in (used - 1, refused - 1, older - 1):
+        assert (theirs.zone[now == frame] == GREEN).all(), frame
 
 
 def test_a_command_that_is_not_finite(program, cell, at):
@@ -172,26 +211,46 @@ def test_the_record_has_the_same_names(program, cell, at):
     assert {f.name for f in dataclasses.fields(theirs)} == {f.name for f in dataclasses.fields(Record)} - {"reasons"}
 
 
-@pytest.mark.parametrize(("static", "moving"), [(30, 20), (0, 20), (30, 0), (0, 0)])
-def test_fields_near_far_and_empty(static, moving):
+@pytest.mark.parametrize("beyond", [10.0, 1.1])
+@pytest.mark.parametrize(("scene", "moving"), [(True, 20), (True, 0), (False, 20), (False, 0)])
+def test_readings_near_far_and_empty(scene, moving, beyond):
+    """On surfaces, in the block, on the border of the grid and beyond it, at the base, and without anything."""
     rng = np.random.default_rng(1)
-    clouds = [rng.uniform(-0.3, 0.3, (30, 3)) for _ in range(2)]
-    near = clouds[1][0] + np.outer([0.0, 1e-4, 0.003, 0.006, 0.008, 0.03], [0.6, 0.0, 0.8])
-    x = np.concatenate([near, rng.uniform(-2, 2, (20, 3))])
-    counts = np.array([static, moving])
+    points, layout = rng.uniform(0.3, 0.9, (30, 3)), GridLayout((-0.4, -0.4, -0.1), (17, 17, 13), 0.05)
+    middle, half = np.array([0.1, 0.0, 0.2]), np.array([0.1, 0.15, 0.08])
+    grid = box_field(middle, half, layout) if scene else fit_grid(layout, jnp.full(layout.shape, 10.0))
+    steps = np.outer([0.0, 1e-4, 0.003, 0.006, 0.008, 0.03], [0.6, 0.0, 0.8])
+    corners = np.array([layout.lower, layout.upper, (0.4, 0.1, 0.2), (0.1, 0.4, 0.5)])
+    side, base = middle + np.array([0.1, 0, 0]), np.zeros((1, 3))
+    x = np.concatenate([points[0] + steps, side + steps, middle[None], corners, base, rng.uniform(-2, 2, (40, 3))])
+    mask = np.arange(30) < moving
+
+    cloud = Cloud(jnp.asarray(points)[None], jnp.asarray(mask)[None])
+    frames = eqx.tree_at(
+        lambda f: (f.scene, f.moving, f.beyond),
+        frames_of(np.zeros(3), np.zeros(FRAMES)),
+        (grid, cloud, jnp.full(1, beyond)),
+    )
 
     @jax.jit
-    def read(clouds, masks, x):
-        a, b = (fit(Cloud(cloud, mask), FieldParams()) for cloud, mask in zip(clouds, masks, strict=True))
-        d_all, g_all, d, g = jax.vmap(lambda one: union_distance_and_gradient(a, b, one))(x)
-        return d_all, g_all, d, g, jax.vmap(lambda one: lower_bound(one, 0.05, a.length_scale))(d)
+    def ours(params, frames, x):
+        fields = fit_fields(params, frames)
+        row = Fields(fields.static, jax.tree.map(lambda a: a[0], fields.moving))
+        return jax.vmap(lambda one: read_fields(params, row, one))(x)
 
-    ours = read(jnp.asarray(clouds), jnp.asarray(np.arange(30) < counts[:, None]), jnp.asarray(x))
-    length_scale, noise = FieldParams().length_scale, FieldParams().noise
-    a, b = (serial_fields.fit(cloud[:count], length_scale, noise) for cloud, count in zip(clouds, counts, strict=True))
-    theirs = serial_fields.union(a, b, x)
-    for one, another in zip(ours, (*theirs, serial_fields.lower_bound(theirs[2], 0.05, length_scale)), strict=True):
-        np.testing.assert_allclose(one, another, rtol=1e-9, atol=1e-11)
+    params = FieldParams()
+    got = ours(params, frames, jnp.asarray(x))
+    spread = serial_fields.Spread(params.spread, params.far_spread, params.person_noise, COARSE_FROM, COARSE_EDGE)
+    people = serial_fields.fit(points[mask], params.length_scale, params.noise)
+    want = serial_fields.read(serial_fields.scene_of(grid), people, beyond, spread, x)
+    for name, one in zip(("distance", "gradient", "person_distance", "person_gradient"), want, strict=True):
+        np.testing.assert_allclose(getattr(got, name), one, rtol=1e-9, atol=1e-10, err_msg=name)
+    if moving:
+        reach = np.linalg.norm(x[:, None] - points[mask], axis=2).min(axis=1)
+        assert (got.person_distance <= reach - 0.02 + 1e-12).all(), "never farther than the nearest point"
+        assert len(set(np.round(reach - np.asarray(got.person_distance), 3).tolist())) > 5
+    length = np.linalg.norm(got.person_gradient, axis=1)
+    assert (np.isclose(length, 1) | (length == 0)).all()
 
 
 def test_clock_from_anywhere():

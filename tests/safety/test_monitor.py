@@ -93,6 +93,15 @@ def test_no_silent_continuation() -> None:
     assert seen[9:] == [(GREEN, 0, 1.0)] * 3
 
 
+def test_yellow_at_best_where_somebody_may_hide() -> None:
+    """Without a stop and its reasons; what is nearer still counts."""
+    look = jax.jit(lambda d, guarded: monitor(PARAMS, initial_zone(d.dtype), d, d * 0, 0.0, DT, guarded=guarded)[1])
+    far, near = jnp.array([3.0, 4.0]), jnp.array([0.2, 3.0])
+    assert look(far, False).zone == GREEN and look(far, True).zone == YELLOW
+    assert look(far, True).reasons == 0 and not look(far, True).hold
+    assert look(near, True).zone == STOP and look(near, True).reasons == TOO_CLOSE
+
+
 def test_every_point_has_the_limit_of_its_distance() -> None:
     _, decision = decide(d=(0.6, 0.9), v_r=(0.2, 0.9))
     expected = [allowed_speed(PARAMS.ssm, 0.6), allowed_speed(PARAMS.ssm, 0.9)]

@@ -130,6 +130,24 @@ def test_an_interrupted_wait_starts_again() -> None:
     )
 
 
+def test_a_zone_that_is_at_least_yellow() -> None:
+    """Entered at once, left after the wait, not in the way of tighter ones; a stop relaxes to it, not to green."""
+
+    def after(d: float, ticks: int, least: int, state: ZoneState) -> ZoneState:
+        for _ in range(ticks):
+            state = update_zone(PARAMS, state, d, True, DT, None, least)
+        return state
+
+    start = initial_zone(jnp.float64)
+    yellow = after(3.0, 1, YELLOW, start)
+    assert yellow.zone == YELLOW and after(3.0, 40, YELLOW, yellow).zone == YELLOW
+    assert after(3.0, 9, GREEN, yellow).zone == YELLOW and after(3.0, 10, GREEN, yellow).zone == GREEN
+    assert after(0.4, 1, YELLOW, start).zone == RED and after(0.2, 1, YELLOW, start).zone == STOP
+    stopped = after(0.2, 1, YELLOW, start)
+    assert after(3.0, 9, YELLOW, stopped).zone == STOP and after(3.0, 10, YELLOW, stopped).zone == YELLOW
+    assert after(3.0, 40, YELLOW, stopped).zone == YELLOW
+
+
 def test_no_chatter_at_a_threshold() -> None:
     """Noise of 4 cm about a threshold changes the zone once."""
     rng = np.random.default_rng(1)
