@@ -22,6 +22,21 @@ This run: scenes {scenes}; seeds 0 to {last}; people {people}; {sensing} sensing
 from the upper arm outwards, which the control points cover. Rows without a bar are for information. Research software, not
 safety-rated.
 
+* **Set-up.** A part of a surface counts as seen if a camera's ray reaches it, with the robot absent: of the stationary cameras, or of
+  the one in the hand in any posture of the scan, within the range of depth. What is cropped because it lies close to the table does not
+  count.
+* **Distances to people** are compared at every tick with the arm where it is and the person where it was at the exposure of the image
+  in use. What moves later is the business of the reaction time in the separation distance, and of `excess_speed_max`.
+* **Speed.** Spheres along the axes of the arm's capsules, at most 3 cm apart; speed along the true direction by the arm's motion
+  alone; allowed is v(d) with the speed of a person that is assumed at d.
+* **Faults** last 0.4 s and begin 0.7 s apart or more while the person is nearer than 1.5 m, on one camera, on all at once, on the other
+  camera, and so on; {moments} of each kind, beside people who reach in, who stand and work, and who pass by. A fault must be named on
+  each camera that has it. A person whom no camera measures need only be known as hidden (guarded, or a stop), and only if all
+  cameras fail.
+* **Hands**: capsules of 2 cm thickness and the person model's own, in watched free space 20 cm from obstacles and 30 cm from the arm, each
+  in one image of one camera.
+* **Time** of an image is measured on the machine of this run, whatever else it does.
+
 ## Rows
 
 | row | measured | unit | bar | holds | what is measured |
@@ -43,7 +58,8 @@ def page(rows: Rows, config: SensingConfig, figures: Sequence[str]) -> str:
     """The whole page."""
     people = ", ".join(name.split("/")[-1] for name in config.people)
     text = INTRODUCTION.format(
-        command=command(config), scenes=", ".join(config.scenes), last=config.seeds - 1, people=people, sensing=config.sensing
+        command=command(config), scenes=", ".join(config.scenes), last=config.seeds - 1, people=people, sensing=config.sensing,
+        moments=config.moments
     )  # fmt: skip
     lines = []
     for name, entry in rows.items():
