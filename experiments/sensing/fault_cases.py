@@ -22,13 +22,13 @@ KINDS = {
     "late": LATE,
     "skewed": SKEWED,
 }
-BESIDE = ("reach_in", "stand_and_work", "pass_by")
+BESIDE = ("pass_by", "reach_in", "stand_and_work")
 """People beside whom cameras fail, in this order until there are enough moments."""
 LASTS = 0.4
 """Length of a fault [s]."""
 EVERY = 0.7
 """Least time between the begins of two [s]."""
-NEAR = 1.5
+NEAR = 2.0
 """Faults begin while the person is nearer than this [m]."""
 AFTER = 0.15
 """Time after a fault that still counts as its own [s]."""

@@ -29,8 +29,9 @@ safety-rated.
   in use. What moves later is the business of the reaction time in the separation distance, and of `excess_speed_max`.
 * **Speed.** Spheres along the axes of the arm's capsules, at most 3 cm apart; speed along the true direction by the arm's motion
   alone; allowed is v(d) with the speed of a person that is assumed at d.
-* **Faults** last 0.4 s and begin 0.7 s apart or more while the person is nearer than 1.5 m, on one camera, on all at once, on the other
-  camera, and so on; {moments} of each kind, beside people who reach in, who stand and work, and who pass by. A fault must be named on
+* **Faults** last 0.4 s and begin 0.7 s apart or more while the person is nearer than 2 m, on one camera, on all at once, on the other
+  camera, and so on; {moments} of each kind, beside people who pass by, then who reach in, then who stand and
+  work. A fault must be named on
   each camera that has it. A person whom no camera measures need only be known as hidden (guarded, or a stop), and only if all
   cameras fail.
 * **Hands**: capsules of 2 cm thickness and the person model's own, in watched free space 20 cm from obstacles and 30 cm from the arm, each
