@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hrcjax.numerics import unrolled_options
-from hrcjax.xla_flags import OPTION, switch_off_ynnpack
+from hrcjax.xla_flags import OPTION, VALUE, switch_off_ynnpack
 
 SHAPES = [(32_769, np.float32), (40_961, np.float32), (16_385, np.float64)]
 WRONG = {OPTION: "LIBRARY_FUSION_TYPE_REDUCE"}
@@ -73,12 +73,12 @@ class TestFlag:
     def test_is_added_to_the_users_flags(self, monkeypatch):
         monkeypatch.setenv("XLA_FLAGS", "--xla_dump_to=here")
         switch_off_ynnpack()
-        assert os.environ["XLA_FLAGS"] == f"--xla_dump_to=here --{OPTION}="
+        assert os.environ["XLA_FLAGS"] == f"--xla_dump_to=here --{OPTION}={VALUE}"
 
     def test_stays_as_the_user_set_it(self, monkeypatch):
-        monkeypatch.setenv("XLA_FLAGS", f"--{OPTION}=-reduce")
+        monkeypatch.setenv("XLA_FLAGS", f"--{OPTION}=")
         switch_off_ynnpack()
-        assert os.environ["XLA_FLAGS"] == f"--{OPTION}=-reduce"
+        assert os.environ["XLA_FLAGS"] == f"--{OPTION}="
 
     def test_too_late_is_said(self, monkeypatch):
         monkeypatch.delenv("XLA_FLAGS", raising=False)
@@ -86,7 +86,7 @@ class TestFlag:
         monkeypatch.setattr(jax, "default_backend", lambda: "cpu")
         with pytest.warns(RuntimeWarning, match="import hrcjax before the first computation"):
             switch_off_ynnpack()
-        assert os.environ["XLA_FLAGS"] == f"--{OPTION}="
+        assert os.environ["XLA_FLAGS"] == f"--{OPTION}={VALUE}"
 
     def test_in_a_file(self, monkeypatch, tmp_path):
         file = tmp_path / "flags"

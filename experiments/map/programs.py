@@ -6,6 +6,7 @@ from typing import Any
 
 import jax
 
+from hrcjax.lab.compiled import give_memory_back
 from hrcjax.map import (
     FieldMap,
     FrameParams,
@@ -45,6 +46,7 @@ class Programs:
             begin = time.perf_counter()
             self.compiled[key] = jax.jit(function, donate_argnums=donate).lower(*args).compile()
             self.seconds += time.perf_counter() - begin
+            give_memory_back()
         return jax.block_until_ready(self.compiled[key](*args))
 
     def image(

@@ -49,7 +49,7 @@ def statistics(
         **{name: sum(frame.counts[name] for frame in used) for name in SUMMED},
         "most_lost": max((frame.counts["lost"] for frame in used), default=0),
         "most_unseen": max((frame.counts["unseen"] for frame in used), default=0),
-        "waiting": sum(int(np.sum(np.asarray(stale))) for stale in state.stale),
+        "waiting": int(np.sum(np.asarray(state.stale))),
         "ms_median": float(np.median(ms)) if len(ms) else None,
         "ms_p95": float(np.percentile(ms, 95)) if len(ms) else None,
         "read_ms_median": 1e3 * float(np.median(reading)) if len(reading) else None,

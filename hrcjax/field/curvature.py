@@ -10,6 +10,7 @@ known, so the bias is.
 
 import jax.numpy as jnp
 
+from hrcjax.field.kernel import positive_part
 from hrcjax.numerics import safe_divide
 from hrcjax.typing import Array, Float, Matrix3, Vector3
 
@@ -17,6 +18,10 @@ LEAST_SHARE = 0.02
 """Added to the product of the shares: points of a sampled edge do not tell radii much smaller than their spacing [1]."""
 KNEE = 0.1
 """The product of the shares is bent to 1 from this much under it to this much over it [1]."""
+MOST = 0.6
+"""The correction takes at most this share of the square of a distance: a sparse or noisy sample looks like a sharp edge, and a
+surface there must not reach out to the query [1]."""
+_BEND = 4
 FADE = (0.1, 0.4)
 """Between these distances, in length scales, the correction sets in: nearer, the normal is not known [1]."""
 
@@ -48,3 +53,10 @@ def curvature_correction(share: Float[Array, ""], offset: Vector3, length_scale:
     low, high = ((f * length_scale) ** 2 for f in FADE)
     t = jnp.clip((jnp.sum(offset * offset) - low) / (high - low), 0.0, 1.0)
     return logarithm * t * t * (3.0 - 2.0 * t)
+
+
+def corrected_square(square: Float[Array, ""], correction: Float[Array, ""]) -> Float[Array, ""]:
+    """The square of a distance with its correction for curvature, bent so that (1 - MOST) of the square is always left; both
+    over l^2 [1]."""
+    part = jnp.maximum(-correction, 0.0) / (MOST * positive_part(square))
+    return square + correction / (1.0 + part**_BEND) ** (1.0 / _BEND)

@@ -59,6 +59,31 @@ def blended_root_slope(v: Float[Array, "..."]) -> Float[Array, "..."]:
     return jnp.where(v <= 0, 0.0, slope)
 
 
+def _rounded(v: Float[Array, "..."]) -> Float[Array, "..."]:
+    """|v| without its kink: sqrt(v^2 + e^2), e = ROOT_BLEND^2 / 2 [1]. v itself where e does not count."""
+    plain = v > 1e3
+    near = jnp.where(plain, 0.0, v)
+    return jnp.where(plain, v, jnp.sqrt(near * near + 0.25 * ROOT_BLEND**4))
+
+
+def positive_part(v: Float[Array, "..."]) -> Float[Array, "..."]:
+    """v where it is well above 0, and positive with a positive slope everywhere: (v + sqrt(v^2 + e^2)) / 2 [1]."""
+    above, root = v > 0, _rounded(v)
+    # of two equal forms the one that does not cancel
+    return 0.5 * jnp.where(above, v + root, 0.25 * ROOT_BLEND**4 / jnp.where(above, 1.0, root - v))
+
+
+def raised_root(v: Float[Array, "..."]) -> Float[Array, "..."]:
+    """Square root of v [1], to half a per cent above 2 ROOT_BLEND^2; below it never 0, and nowhere of slope 0: where the
+    occupancy is over 1, as in a hollow, a distance still points away. 0.1 at v = 0."""
+    return jnp.sqrt(positive_part(v))
+
+
+def raised_root_slope(v: Float[Array, "..."]) -> Float[Array, "..."]:
+    """Derivative of `raised_root` [1]."""
+    return 0.5 * raised_root(v) / _rounded(v)
+
+
 def _se_log(v: Float[Array, "..."]) -> Float[Array, "..."]:
     return -0.5 * v
 

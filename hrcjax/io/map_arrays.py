@@ -1,11 +1,12 @@
 """Consistency check of the arrays of a map."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.map import LABELS, FieldMap, MapLayout
 from hrcjax.map.blocks import bounding_boxes
-from hrcjax.map.index import GRAIN, NO_BOX, OCTET, boxes_by_place, hull_of
+from hrcjax.map.index import GRAIN, NO_BOX, OCTET, boxes_by_place, hull_below, hull_of
 from hrcjax.map.layout import REACH
 from hrcjax.map.level import Level
 
@@ -22,19 +23,17 @@ def fault_of_map(layout: MapLayout, state: FieldMap) -> str:
         state: with arrays of NumPy or JAX.
     """
     for k, level in enumerate(state.levels):
-        fault = fault_of_level(layout, k, level)
+        fault = fault_of_level(layout, k, level, state.levels[k - 1] if k else None)
         if fault:
             return f"levels.{k}.{fault}"
-    capacities = np.array([layout.capacity_of(k) for k in range(layout.levels)])
     ranges = {
-        "turn": (state.turn, capacities),
+        "turn": (state.turn, layout.capacity),
         "label": (state.label, len(LABELS)),
         "missed": (state.missed, np.inf),
         "unmet": (state.unmet, np.inf),
         "information": (state.information, np.inf),
         "drift": (state.drift, np.inf),
         "frames": (state.frames, FRAMES),
-        **{f"extent.{k}": (extent, np.inf) for k, extent in enumerate(state.extent)},
     }
     for name, (values, end) in ranges.items():
         array = np.asarray(values)
@@ -43,8 +42,12 @@ def fault_of_map(layout: MapLayout, state: FieldMap) -> str:
     return ""
 
 
-def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
-    """The first inconsistency of one level, starting with the array's name; "": none."""
+def fault_of_level(layout: MapLayout, level: int, blocks: Level, below: Level | None = None) -> str:
+    """The first inconsistency of one level, starting with the array's name; "": none.
+
+    Args:
+        below: the level below; None: this is level 0.
+    """
     slot, place, rows = (np.asarray(a) for a in (blocks.slot, blocks.place, blocks.rows))
     capacity = len(place)
     if slot.min() < 0 or slot.max() > capacity:
@@ -63,7 +66,10 @@ def fault_of_level(layout: MapLayout, level: int, blocks: Level) -> str:
     if (rows[free, 3] > 0).any():
         return "rows holds points in a free slot"
     box, found = (np.asarray(a) for a in boxes_by_place(blocks.index, slot.shape))
-    expected = np.asarray(bounding_boxes(layout, level, jnp.asarray(own), jnp.asarray(rows[used])))
+    if below is None:
+        expected = np.asarray(bounding_boxes(layout, level, jnp.asarray(own), jnp.asarray(rows[used])))
+    else:
+        expected = np.asarray(hull_below(jax.tree.map(jnp.asarray, below.index), jnp.asarray(own)))
     if ((box[at] == NO_BOX) != (expected == NO_BOX)).any() or np.sum(box != NO_BOX) != np.sum(expected != NO_BOX):
         return "index and rows are inconsistent about which blocks hold points"
     if (np.abs(_sides(box[at]) - _sides(expected)) > ROUNDING).any() or ((box < NO_BOX) | (box >= 1 << 30)).any():

@@ -17,7 +17,7 @@ from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.parameters import numbers_of
 from hrcjax.map import FieldMap, MapLayout, MapParams, empty_map
 
-FORMAT, VERSION = "hrcjax map", 3
+FORMAT, VERSION = "hrcjax map", 4
 HEADER = "header"
 """Name of the array that holds format, version, layout and parameters as JSON."""
 ACCEPTED = f"a file map.npz of python -m experiments.map, version {VERSION}"

@@ -1,5 +1,7 @@
 """Storage of blocks: allocating slots, bounding boxes of the points, and freeing slots."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 
@@ -57,7 +59,7 @@ def claim(
     places = place.at[chosen].get(mode="fill", fill_value=0)
     places = blocks.place.at[jnp.where(given, free, capacity)].set(places, mode="drop")
     lost = jnp.sum(speaker, dtype=jnp.int32) - jnp.sum(given, dtype=jnp.int32)
-    level = Level(slots.reshape(shape), blocks.index, places, blocks.rows)
+    level = dataclasses.replace(blocks, slot=slots.reshape(shape), place=places)
     return level, jnp.where(wanted, slots[cell], capacity), lost
 
 
@@ -76,22 +78,24 @@ def bounding_boxes(
 
 
 def store(
-    layout: MapLayout, level: int, blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4 voxel"]
+    blocks: Level, slots: Int[Array, "block"], rows: Float[Array, "block 4 voxel"], boxes: Int[Array, "block"]
 ) -> Level:
     """Writes points and boxes of blocks, and gives back the slots of those without points.
 
     Args:
         slots: different ones; the capacity: none.
+        boxes: packed bounding boxes of the points of level 0 in the blocks.
     """
     capacity, shape = blocks.place.shape[0], blocks.slot.shape
     size = shape[0] * shape[1] * shape[2]
     place = blocks.place.at[slots].get(mode="fill", fill_value=0)
     cell = jnp.where(slots < capacity, flat_index(shape, place), size)
-    index = with_boxes(blocks.index, place, slots, bounding_boxes(layout, level, place, rows), capacity)
+    index = with_boxes(blocks.index, place, slots, boxes, capacity)
     vacant = ~jnp.any(rows[:, 3] > 0, axis=1)
     slot = blocks.slot.reshape(-1).at[jnp.where(vacant, cell, size)].set(capacity, mode="drop").reshape(shape)
     places = blocks.place.at[jnp.where(vacant, slots, capacity)].set(0, mode="drop")
-    return Level(slot, index, places, blocks.rows.at[slots].set(rows, mode="drop"))
+    rows = blocks.rows.at[slots].set(rows, mode="drop")
+    return dataclasses.replace(blocks, slot=slot, index=index, place=places, rows=rows)
 
 
 def slots_around(blocks: Level, place: Int[Array, "block 3"]) -> Int[Array, "block 27"]:

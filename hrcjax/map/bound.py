@@ -1,17 +1,18 @@
 """How sure a map's distance is, and a lower bound of it.
 
-Three errors are known: the noise of the points, which the map remembers; the sampling, as the points of a voxel stand at
-their mean and so keep back from the edges of a surface by up to half a spacing, and fill its hollows; and at coarse
-levels how far the points are from the means that stand for them.
+Two errors are known: the noise of the points, which the map remembers, and the sampling, as the points of a voxel stand at
+their mean and so keep back from the edges of a surface by up to half a spacing, and fill its hollows.
 """
 
 import jax.numpy as jnp
 
 from hrcjax.map.layout import MapLayout
-from hrcjax.map.query import level_share, read_blocks, rows_near, slots_near
+from hrcjax.map.level import block_rows
+from hrcjax.map.query import far_share, no_number, read_blocks, slots_far
+from hrcjax.map.search import slots_near
 from hrcjax.map.state import FieldMap
 from hrcjax.numerics import require_floating
-from hrcjax.typing import Array, Float, Scalar, Vector3
+from hrcjax.typing import Array, Float, Int, Scalar, Vector3
 
 FLAT = 0.09
 """Deviation from sampling on flat surfaces, over the spacing; measured in generated scenes [1]."""
@@ -22,8 +23,11 @@ HOLLOW = 0.1
 both; measured in other generated scenes than the evaluation's [1]."""
 BENT = 0.5
 """Flatness over 1 at which all of that is added [1]."""
-COARSE_DEVIATION = 0.05
-"""Deviation of coarse levels' own distance, over their spacing [1]."""
+AWAY = 0.15
+"""What is added to it far away, over the spacing: seen from there the nearest part of a body is mostly a corner, where the
+retreats of several edges add up [1]."""
+FAR_AWAY = (8.0, 40.0)
+"""Between these distances over the spacing it sets in [1]."""
 NORMAL_95 = 1.645
 """One-sided 95 % quantile of the normal distribution [1]."""
 
@@ -39,23 +43,23 @@ def distance_and_deviation(
         ratio: length scale over spacing [1].
     """
     require_floating("distance_and_deviation", x=x)
-    d, deviation = jnp.asarray(0.0, x.dtype), jnp.asarray(0.0, x.dtype)
-    for level in reversed(range(layout.levels)):
-        blocks, spacing = state.levels[level], layout.spacing_of(level)
-        near = read_blocks(rows_near(layout, level, blocks, x), layout.scale_of(level, ratio), x)
-        slots = slots_near(layout, level, blocks, x)
-        if level:
-            extent = state.extent[level - 1].at[slots].get(mode="fill", fill_value=0)
-            error = jnp.sum(near.weights * extent) / NORMAL_95 + COARSE_DEVIATION * spacing
-        else:
-            information = state.information.at[slots].get(mode="fill", fill_value=1.0)
-            noise = jnp.sum(near.weights**2 / jnp.maximum(information, 1.0))
-            edge, hollow = (jnp.clip(v, 0.0, 1.0) for v in (1.0 - near.flatness, (near.flatness - 1.0) / BENT))
-            error = jnp.sqrt(noise + (spacing * (FLAT + SHARP * edge + HOLLOW * hollow)) ** 2)
-        share, _ = level_share(layout, level, near.distance)
-        d = near.distance + share * (d - near.distance)
-        deviation = error + share * (deviation - error)
-    return d, deviation
+
+    def by(slots: Int[Array, "block"], corrected: bool) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        reading = read_blocks(block_rows(state.levels[0], slots), layout.scale_of(ratio), x)
+        information = state.information.at[slots].get(mode="fill", fill_value=1.0)
+        noise = jnp.sum(reading.weights**2 / jnp.maximum(information, 1.0))
+        edge, hollow = (jnp.clip(v, 0.0, 1.0) for v in (1.0 - reading.flatness, (reading.flatness - 1.0) / BENT))
+        d = reading.distance if corrected else reading.plain
+        low, high = (part * layout.spacing for part in FAR_AWAY)
+        t = jnp.clip((d - low) / (high - low), 0.0, 1.0)
+        sampling = FLAT + SHARP * edge + HOLLOW * hollow + AWAY * t * t * (3.0 - 2.0 * t)
+        return d, jnp.sqrt(noise + (layout.spacing * sampling) ** 2)
+
+    d, deviation = by(slots_near(layout, state.levels, x), True)
+    far, deviation_far = by(slots_far(layout, state.levels, x), False)
+    share, _ = far_share(layout, d)
+    nothing = no_number(x)
+    return d + share * (far - d) + nothing, deviation + share * (deviation_far - deviation) + nothing
 
 
 def distance_bound(

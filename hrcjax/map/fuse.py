@@ -1,13 +1,15 @@
 """One frame into a map: observed points are fused, points in free space removed, occluded ones kept."""
 
+import dataclasses
 from typing import NamedTuple
 
 import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
-from hrcjax.map.blocks import claim, slots_around, store
-from hrcjax.map.coarse import Changed, typical_weight, update_coarse
+from hrcjax.map.blocks import bounding_boxes, claim, slots_around, store
+from hrcjax.map.coarse import Changed, update_coarse
+from hrcjax.map.direction import LEVELS
 from hrcjax.map.entries import Entries
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level, padded_place
@@ -28,7 +30,7 @@ from hrcjax.map.sighting import (
 from hrcjax.map.state import DYNAMIC, NEW, STATIC, FieldMap, FrameReport
 from hrcjax.map.view import View
 from hrcjax.map.visibility import blocks_in_view
-from hrcjax.map.weigh import refit
+from hrcjax.map.weigh import refit, typical_weight
 from hrcjax.sense import Camera
 from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float, Int
@@ -79,13 +81,13 @@ def fuse(
     work = working_blocks(layout, base, in_view, slot, state.frames)
     entries, seen = observe(layout, params, base, work, camera, view, slot)
     known = recall(state, base, entries)
-    fused = merge(params, known, seen)
+    fused = merge(params, camera, view, known, seen)
     sight = look_at(params, base, work, entries, camera, view, known, seen, fused)
     verdict = _judge(params, known, seen, fused, sight, body)
 
     base, drift, stale, changed = _write(layout, params, state, base, work, entries, known, fused, verdict)
-    levels, extents, waiting, more = _update_levels(layout, params, state, base, stale, changed)
-    levels, waiting, turn = refit(layout, levels, waiting, state.turn, params)
+    coarse, more = _update_levels(layout, state, base, changed)
+    base, waiting, turn = refit(layout, base, stale, state.turn, params)
 
     def count(which: Bool[Array, "..."]) -> Int[Array, ""]:
         return jnp.sum(which, dtype=jnp.int32)
@@ -94,11 +96,11 @@ def fuse(
         measured=count(view.mask),
         beyond=count(beyond),
         points=count(verdict.there),
-        blocks=count(levels[0].place[:, 0] > 0),
+        blocks=count(base.place[:, 0] > 0),
         new=count(sight.new),
         dynamic=count(sight.dynamic),
         removed=count(verdict.gone),
-        waiting=count(waiting[0]),
+        waiting=count(waiting),
         lost=lost + more,
         outside=count(wanted & ~inside),
         unseen=count(in_view) - count(work.slots < layout.capacity),
@@ -112,8 +114,7 @@ def fuse(
         return values.reshape(-1).at[index].set(some, mode="drop").reshape(values.shape)
 
     after = FieldMap(
-        levels=levels,
-        extent=extents,
+        levels=(base, *coarse),
         stale=waiting,
         turn=turn,
         information=to_map(state.information, verdict.information),
@@ -186,11 +187,16 @@ def _write(
         blocks that have changed, for the level above.
     """
     dtype, capacity, slots = fused.information.dtype, layout.capacity, work.slots
-    first_weight = typical_weight(layout, 0, params).astype(dtype)
+    first_weight = typical_weight(layout, params).astype(dtype)
     values = (*fused.points, jnp.where(fused.fresh, first_weight, known.weight))
     rows = base.rows
     for a, value in enumerate(values):
         rows = rows.at[entries.slot, a, entries.voxel].set(jnp.where(verdict.there, value, 0.0), mode="drop")
+
+    toward = base.toward
+    for a, value in enumerate(fused.toward):
+        kept = jnp.round(LEVELS * jnp.where(verdict.there, value, 0.0)).astype(toward.dtype)
+        toward = toward.at[entries.slot, a, entries.voxel].set(kept, mode="drop")
 
     move = jnp.zeros((layout.seen,), dtype).at[entries.row].max(fused.moves, mode="drop")
     drift = state.drift.at[slots].get(mode="fill", fill_value=0) + move
@@ -200,32 +206,20 @@ def _write(
     around = jnp.where(other[:, None] & (slots < capacity)[:, None], slots_around(base, work.place), capacity)
     drift = state.drift.at[slots].set(jnp.where(changed, 0.0, drift), mode="drop")
     own_rows = rows.at[slots].get(mode="fill", fill_value=0)
-    base = store(layout, 0, Level(base.slot, base.index, base.place, rows), slots, own_rows)
-    stale = state.stale[0].at[around].set(True, mode="drop")
+    boxes = bounding_boxes(layout, 0, work.place, own_rows)
+    base = store(dataclasses.replace(base, rows=rows, toward=toward), slots, own_rows, boxes)
+    stale = state.stale.at[around].set(True, mode="drop")
     stale = stale.at[jnp.where(changed, slots, capacity)].set(True, mode="drop") & (base.place[:, 0] > 0)
-    return base, drift, stale, Changed(work.place, own_rows, jnp.zeros((layout.seen, VOXELS), dtype), changed)
+    return base, drift, stale, Changed(work.place, own_rows, changed)
 
 
 def _update_levels(
-    layout: MapLayout,
-    params: MapParams,
-    state: FieldMap,
-    base: Level,
-    stale: Bool[Array, "slot"],
-    changed: Changed,
-) -> tuple[tuple[Level, ...], tuple[Array, ...], tuple[Array, ...], Int[Array, ""]]:
-    """All levels, the coarse ones after what has changed below them.
-
-    Returns:
-        levels, extents, stale blocks of each level, and how many coarse blocks found no place.
-    """
-    levels, extents, waiting, lost = [base], [], [stale], jnp.zeros((), jnp.int32)
-    for k in range(1, layout.levels):
-        level, extent, stale, more, changed = update_coarse(
-            layout, k, state.levels[k], state.extent[k - 1], state.stale[k], changed, params
-        )
+    layout: MapLayout, state: FieldMap, base: Level, changed: Changed
+) -> tuple[tuple[Level, ...], Int[Array, ""]]:
+    """The coarse levels after what has changed below them, and how many of their blocks found no place."""
+    below, levels, lost = base, [], jnp.zeros((), jnp.int32)
+    for level in state.levels[1:]:
+        below, more, changed = update_coarse(layout, below, level, changed)
         lost = lost + more
-        levels.append(level)
-        extents.append(extent)
-        waiting.append(stale)
-    return tuple(levels), tuple(extents), tuple(waiting), lost
+        levels.append(below)
+    return tuple(levels), lost

@@ -7,6 +7,7 @@ blocks: a query looks through hulls first, then through the blocks of the neares
 import equinox as eqx
 import jax.numpy as jnp
 
+from hrcjax.map.layout import EDGE, REACH, VOXELS
 from hrcjax.typing import Array, Float, Int
 
 GRAIN = 32
@@ -61,14 +62,47 @@ def children() -> Int[Array, "8 3"]:
 
 def hull_of(boxes: Int[Array, "*n 8"]) -> Int[Array, "*n"]:
     """Bounding boxes of octets' blocks."""
-    some, step = boxes != NO_BOX, children()
+    return joined(boxes, children(), 2)
+
+
+def joined(boxes: Int[Array, "*n m"], steps: Int[Array, "m 3"], times: int) -> Int[Array, "*n"]:
+    """Bounding boxes of some boxes each, in parts of an edge that is so many times as long.
+
+    Args:
+        steps: to the places of the boxes, from the one with the least coordinates.
+    """
+    some = boxes != NO_BOX
     low, high = [], []
     for a in range(3):
         first, last = sides(boxes, a)
-        low.append(jnp.min(jnp.where(some, first + GRAIN * step[:, a], 2 * GRAIN - 1), axis=-1) // 2)
-        high.append(jnp.max(jnp.where(some, last + GRAIN * step[:, a], 0), axis=-1) // 2)
+        low.append(jnp.min(jnp.where(some, first + GRAIN * steps[:, a], times * GRAIN - 1), axis=-1) // times)
+        high.append(jnp.max(jnp.where(some, last + GRAIN * steps[:, a], 0), axis=-1) // times)
     packed = pack_box(jnp.stack(low, axis=-1), jnp.stack(high, axis=-1))
     return jnp.where(jnp.any(some, axis=-1), packed, NO_BOX)
+
+
+def below(index: BlockIndex, place: Int[Array, "block 3"]) -> tuple[Int[Array, "block 64"], Int[Array, "block 64"]]:
+    """Boxes and slots of the blocks of a level that are the voxels of blocks of the level above, in the order of these.
+
+    Args:
+        index: of the level below.
+        place: padded places on the level above.
+    """
+    half = EDGE // 2  # octets along the edge of a block above: places are padded by a multiple of it
+    octet = (EDGE * (place - REACH) + REACH) // 2
+    steps = jnp.arange(half, dtype=jnp.int32)
+    x, y, z = (octet[:, a, None] + steps for a in range(3))
+    grid = index.octets[x[:, :, None, None], y[:, None, :, None], z[:, None, None, :]]
+    grid = grid.reshape(-1, half, half, half, 2, 2, 2, 2)  # octet, then box or slot, then place in the octet
+    boxes, slots = jnp.transpose(grid, (4, 0, 1, 5, 2, 6, 3, 7)).reshape(2, -1, VOXELS)
+    return boxes, slots
+
+
+def hull_below(index: BlockIndex, place: Int[Array, "block 3"]) -> Int[Array, "block"]:
+    """Bounding boxes of all points of level 0 in blocks of a level, from those of the level below; see `below`."""
+    voxel = jnp.arange(VOXELS, dtype=jnp.int32)
+    steps = jnp.stack([voxel // EDGE**2, voxel // EDGE % EDGE, voxel % EDGE], axis=-1)
+    return joined(below(index, place)[0], steps, EDGE)
 
 
 def with_boxes(

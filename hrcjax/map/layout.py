@@ -1,8 +1,8 @@
 """Where a map lies and how much it can hold: everything static, so that a growing map never recompiles.
 
 Level 0 keeps one point a voxel. 4 x 4 x 4 voxels are a block; the points of a block and of its neighbours are a local
-Gaussian process. The mean points of blocks are the voxels of level 1, and so on: far away from everything a coarse
-level answers.
+Gaussian process. The mean points of blocks are the voxels of level 1, and so on: by these the nearest blocks are found from
+anywhere.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,6 @@ VOXELS = EDGE**3
 """Voxels of a block."""
 OCCUPIED = 16
 """Voxels of a block that hold a point, of all blocks that one frame sees, at most."""
-COARSE_RATIO = 0.5
-"""Length scale of coarse levels over their spacing [1]."""
 REACH = 4
 """Blocks on every side of a query's block among which its local process is looked for."""
 
@@ -63,10 +61,13 @@ class MapLayout:
         """Edge of a voxel [m]."""
         return self.spacing * EDGE**level
 
-    def scale_of(self, level: int, ratio: ArrayLike) -> ArrayLike:
-        """Length scale of a level [m]: `ratio` spacings of level 0; of the coarser ones, which are read from afar, where
-        dimples have smoothed out, COARSE_RATIO spacings."""
-        return ratio * self.spacing if level == 0 else COARSE_RATIO * self.spacing_of(level)
+    def scale_of(self, ratio: ArrayLike) -> ArrayLike:
+        """Length scale of the field [m].
+
+        Args:
+            ratio: over the spacing [1].
+        """
+        return ratio * self.spacing
 
     def edge_of(self, level: int) -> float:
         """Edge of a block [m]."""

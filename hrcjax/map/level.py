@@ -19,6 +19,8 @@ class Level(eqx.Module):
     """Padded place of the block in a slot; 0: the slot is free."""
     rows: Float[Array, "slot 4 voxel"]
     """x, y, z [m] and weight [1] of the voxels' points; weight 0: no point."""
+    toward: Int[Array, "_ 3 voxel"]
+    """Mean direction from the points to the sensors that saw them, in 127ths [1]; of level 0 only."""
 
 
 def empty_level(layout: MapLayout, level: int, dtype: jnp.dtype | type = jnp.float32) -> Level:
@@ -30,6 +32,7 @@ def empty_level(layout: MapLayout, level: int, dtype: jnp.dtype | type = jnp.flo
         index=empty_index((x, y, z), capacity),
         place=jnp.zeros((capacity, 3), jnp.int32),
         rows=jnp.zeros((capacity, 4, VOXELS), dtype),
+        toward=jnp.zeros((0 if level else capacity, 3, VOXELS), jnp.int8),
     )
 
 

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 
 from hrcjax.geom.cloud import Cloud
 from hrcjax.map.layout import MapLayout
-from hrcjax.map.level import Level
-from hrcjax.map.query import rows_near
+from hrcjax.map.level import Level, block_rows
+from hrcjax.map.search import slots_near
 from hrcjax.typing import Vector3
 
 POINTS = 128
@@ -19,7 +19,7 @@ def nearest_points(layout: MapLayout, levels: tuple[Level, ...], x: Vector3, cou
     Args:
         count: capacity of the cloud.
     """
-    rows = rows_near(layout, 0, levels[0], x)
+    rows = block_rows(levels[0], slots_near(layout, levels, x))
     points = jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3)
     mask = rows[:, 3].reshape(-1) > 0
     r2 = jnp.sum((points - jax.lax.stop_gradient(x)) ** 2, axis=1)

@@ -28,7 +28,7 @@ class MapParams(eqx.Module):
     """And if no point of the frame is nearer to it than this: at grazing view a surface lies behind its own points [m]."""
     new_distance: Scalar = 0.0375
     """A measured point farther than this from all points of the map is new [m]."""
-    patience: Scalar = 2.0
+    patience: Scalar = 1.0
     """Frames that must find a point in free space, without an observation in between, before it is removed [1]."""
     fade: Scalar = 0.8
     """Factor of a point's information for every frame that finds it in free space [1]."""

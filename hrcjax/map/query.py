@@ -1,4 +1,8 @@
-"""Distance of a point to everything in a map: the finest level that reaches so far, blended into the coarser ones."""
+"""Distance of a point to everything in a map: by the points of level 0, wherever it is.
+
+Near surfaces the blocks that matter are found in a window about the query, farther away through the coarser levels
+(`hrcjax.map.descent`). Both read the same points, and so nearly the same distance where one gives way to the other.
+"""
 
 from typing import NamedTuple
 
@@ -6,37 +10,35 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.field import FAR
-from hrcjax.field.closed_form import read
-from hrcjax.field.curvature import curvature_correction, tangential_share
-from hrcjax.field.kernel import blended_root
+from hrcjax.field.curvature import corrected_square, curvature_correction, tangential_share
+from hrcjax.field.kernel import raised_root, raised_root_slope
+from hrcjax.map.descent import descend
+from hrcjax.map.direction import surface_direction, turned_off
 from hrcjax.map.layout import REACH, MapLayout
 from hrcjax.map.level import Level, block_rows
-from hrcjax.map.search import nearest_blocks
+from hrcjax.map.moments import point_shares, total
+from hrcjax.map.search import slots_near
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Int, Matrix3, Scalar, Vector3
 
-NEAREST = 16
-"""Blocks of a level that a query reads."""
-BLEND = ((0.75, 0.97), (0.4, 0.97))
-"""Between these shares of its reach the distance of level 0, and of a coarser one, gives way to the next level's [1]."""
-_LEAST_EXPONENT = -60.0
-_FAR_SQUARED = 1e6
+BLEND = (0.75, 0.97)
+"""Between these shares of the reach of the search near a query it gives way to the search through the whole map [1]."""
 
 
-def _kernels(
-    rows: Float[Array, "block 4 voxel"], length_scale: Float[Array, ""], x: Vector3
-) -> tuple[list[Array], Array, Array, Array]:
-    """Offsets from the points to x [m], their shares in the occupancy, its logarithm, and whether there is any."""
-    there = rows[:, 3] > 0
-    offsets = [x[a] - rows[:, a] for a in range(3)]
-    r2 = offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2
-    some = jnp.max(rows[:, 3]) > 0  # not by the distance: a query that is not a number must not read as free space
-    nearest = jax.lax.stop_gradient(jnp.where(some, jnp.min(jnp.where(there, r2, jnp.inf)), 0.0))
-    r2 = jnp.where(there, r2, nearest + _FAR_SQUARED)
-    precision = 0.5 / length_scale**2
-    k = rows[:, 3] * jnp.exp(jnp.maximum(precision * (nearest - r2), _LEAST_EXPONENT))
-    total = jnp.where(some, jnp.sum(k), 1.0)
-    return offsets, k / total, jnp.log(total) - precision * nearest, some
+def read(
+    log_o: Float[Array, ""], offset: Vector3, some: Bool[Array, ""], length_scale: Float[Array, ""]
+) -> tuple[Float[Array, ""], Vector3]:
+    """Distance [m] and gradient [1], not corrected for curvature.
+
+    Args:
+        log_o: logarithm of the occupancy [1].
+        offset: from the mean of the points under their shares to the query [m].
+        some: whether there are points.
+        length_scale: of the kernel [m].
+    """
+    v = -2.0 * log_o  # (d / l)^2
+    g = (2.0 * raised_root_slope(v) / length_scale) * offset  # far from a surface (x - c) / d
+    return jnp.where(some, length_scale * raised_root(v), FAR), jnp.where(some, g, 0.0)
 
 
 def rows_distance_and_gradient(
@@ -44,8 +46,8 @@ def rows_distance_and_gradient(
 ) -> tuple[Float[Array, ""], Vector3]:
     """`hrcjax.field.distance_and_gradient` of the points of some blocks, channel by channel [m], [1]."""
     scale = jnp.asarray(length_scale, x.dtype)
-    offsets, share, log_o, some = _kernels(rows, scale, x)
-    return read(log_o, jnp.stack([jnp.sum(share * d) for d in offsets]), some, scale)
+    offsets, share, log_o, some = point_shares(rows, scale, x)
+    return read(log_o, jnp.stack([total(share * d) for d in offsets]), some, scale)
 
 
 class BlockReading(NamedTuple):
@@ -53,6 +55,8 @@ class BlockReading(NamedTuple):
 
     distance: Float[Array, ""]
     """Without what the curvature of the surface adds to it; FAR if there are no points [m]."""
+    plain: Float[Array, ""]
+    """With it [m]."""
     flatness: Float[Array, ""]
     """Product of the tangential spreads over l^4: 1 on flat surfaces, near 0 at sharp edges, above 1 in hollows, not below
     0 [1]."""
@@ -73,99 +77,131 @@ def curvature_corrected(
         scale: length scale [m].
     """
     flatness = tangential_share(spread, offset, scale)
-    v = -2.0 * log_o + curvature_correction(flatness, offset, scale)
-    return jnp.where(some, scale * blended_root(v), FAR), jnp.maximum(flatness, 0.0)
+    v = corrected_square(-2.0 * log_o, curvature_correction(flatness, offset, scale))
+    return jnp.where(some, scale * raised_root(v), FAR), jnp.maximum(flatness, 0.0)
 
 
 def read_blocks(rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3) -> BlockReading:
     """The distance of the points of some blocks, corrected for curvature; see `hrcjax.field.curvature`."""
     scale = jnp.asarray(length_scale, x.dtype)
-    d, share, log_o, some = _kernels(rows, scale, x)
-    c = [jnp.sum(share * e) for e in d]
-    second = [[jnp.sum(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
+    d, share, log_o, some = point_shares(rows, scale, x)
+    c = [total(share * e) for e in d]
+    second = [[total(share * d[i] * d[j]) - c[i] * c[j] for j in range(i + 1)] for i in range(3)]
     spread = jnp.stack([jnp.stack([second[max(i, j)][min(i, j)] for j in range(3)]) for i in range(3)])
     distance, flatness = curvature_corrected(log_o, jnp.stack(c), spread, some, scale)
-    return BlockReading(distance, flatness, share)
+    plain = jnp.where(some, scale * raised_root(-2.0 * log_o), FAR)
+    return BlockReading(distance, plain, flatness, share)
 
 
-def level_range(layout: MapLayout, level: int) -> tuple[float, float]:
-    """Between these distances a level gives way to the next one [m]."""
-    low, high = (part * REACH * layout.edge_of(level) for part in BLEND[min(level, 1)])
+def corrected_distance_and_gradient(
+    rows: Float[Array, "block 4 voxel"], length_scale: Scalar, x: Vector3
+) -> tuple[Float[Array, ""], Vector3]:
+    """Distance of the points of some blocks, corrected for curvature [m], and its gradient [1].
+
+    In closed form, as reverse derivatives of the sums take several times as long: with offsets c_i from the mean and shares
+    w_i, the derivative of a share is -w_i c_i / l^2, so that of the mean offset is I - S / l^2, and that of the spread S the
+    third moment over -l^2.
+    """
+    scale = jnp.asarray(length_scale, x.dtype)
+    offsets, share, log_o, some = point_shares(rows, scale, x)
+    mean = jnp.stack([total(share * o) for o in offsets])
+    c = [o - m for o, m in zip(offsets, mean, strict=True)]
+    entry = {(i, j): total(share * c[i] * c[j]) for i in range(3) for j in range(i + 1)}
+    spread = jnp.stack([jnp.stack([entry[max(i, j), min(i, j)] for j in range(3)]) for i in range(3)])
+
+    def distance(log_o: Float[Array, ""], mean: Vector3, spread: Matrix3) -> Float[Array, ""]:
+        return curvature_corrected(log_o, mean, spread, some, scale)[0]
+
+    d, (by_log, by_mean, by_spread) = jax.value_and_grad(distance, argnums=(0, 1, 2))(log_o, mean, spread)
+    form = sum(
+        (by_spread[i, j] + (by_spread[j, i] if i != j else 0.0)) * c[i] * c[j] for i in range(3) for j in range(i + 1)
+    )
+    third = jnp.stack([total(share * form * o) for o in c])
+    return d, by_mean - (by_log * mean + spread @ by_mean + third) / scale**2
+
+
+def far_range(layout: MapLayout) -> tuple[float, float]:
+    """Between these distances the search near a query gives way to that through the whole map [m]."""
+    low, high = (part * REACH * layout.edge_of(0) for part in BLEND)
     return low, high
 
 
-def level_share(layout: MapLayout, level: int, d: Float[Array, "*n"]) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
-    """Share of the coarser levels at the distance d that a level reads [1], and its derivative [1/m]."""
-    if level == layout.levels - 1:
-        return jnp.zeros_like(d), jnp.zeros_like(d)
-    low, high = level_range(layout, level)
+def far_share(layout: MapLayout, d: Float[Array, "*n"]) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+    """Share of the search through the whole map where that near the query reads the distance d [1], and its derivative
+    [1/m]."""
+    low, high = far_range(layout)
     width = high - low
     t = jnp.clip((d - low) / width, 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width
 
 
-def slots_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Int[Array, "block"]:
-    """Slots of a level's blocks near x: the nearest ones, of the coarsest level all; the capacity: none."""
-    if level == layout.levels - 1:  # the coarsest is read whole: it answers wherever x is
-        return jnp.arange(blocks.place.shape[0], dtype=jnp.int32)
+def slots_far(layout: MapLayout, levels: tuple[Level, ...], x: Vector3) -> Int[Array, "block"]:
+    """Slots of the blocks of level 0 nearest to x, wherever it is; the capacity: none."""
     x = jax.lax.stop_gradient(x)
-    return nearest_blocks(layout, level, blocks, x, x, min(NEAREST, blocks.place.shape[0]))[0]
+    return descend(layout, levels, x, x)[0]
 
 
-def rows_near(layout: MapLayout, level: int, blocks: Level, x: Vector3) -> Float[Array, "block 4 voxel"]:
-    """The points that a level has near x; see `slots_near`."""
-    if level == layout.levels - 1:
-        return blocks.rows
-    return block_rows(blocks, slots_near(layout, level, blocks, x))
-
-
-def read_level(
-    layout: MapLayout, level: int, blocks: Level, ratio: Scalar, x: Vector3, corrected: bool
+def read_slots(
+    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, slots: Int[Array, "block"], x: Vector3, corrected: bool
 ) -> tuple[Float[Array, ""], Vector3]:
-    """Distance [m] and gradient [1] that one level reads.
+    """Distance [m] and gradient [1] by the points of some blocks of level 0.
 
     Args:
         corrected: for curvature.
     """
-    rows, scale = rows_near(layout, level, blocks, x), layout.scale_of(level, ratio)
+    rows, scale = block_rows(levels[0], slots), layout.scale_of(ratio)
     if corrected:
-        return jax.value_and_grad(lambda x: read_blocks(rows, scale, x).distance)(x)
+        return corrected_distance_and_gradient(rows, scale, x)
     return rows_distance_and_gradient(rows, scale, x)
 
 
-def map_distance_and_gradient(
-    layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3, corrected: bool = True
-) -> tuple[Float[Array, ""], Vector3]:
-    """Distance to the mapped surfaces [m] and its gradient [1]; FAR and 0 if the map has no points.
+def no_number(x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
+    """0 with derivative 0; NaN with derivative NaN where x is not finite, for what is nowhere has no distance."""
+    return jnp.sum(x * jnp.where(jnp.all(jnp.isfinite(x), axis=-1, keepdims=True), 0.0, jnp.nan), axis=-1)
 
-    Value and derivative of `map_distance`, in one pass.
+
+def map_distance_and_gradient(
+    layout: MapLayout,
+    levels: tuple[Level, ...],
+    ratio: Scalar,
+    x: Vector3,
+    corrected: bool = True,
+    oriented: bool = True,
+) -> tuple[Float[Array, ""], Vector3]:
+    """Distance to the mapped surfaces [m] and its gradient [1]; FAR and 0 if the map has no points, NaN where x is not
+    finite.
+
+    Value and derivative of `map_distance`, in one pass; next to surfaces, within a length scale, a unit normal instead of the
+    derivative (`hrcjax.map.direction`).
 
     Args:
         ratio: length scale over spacing [1].
         corrected: take off what the curvature of convex surfaces adds to the kernel's inverse (`hrcjax.field.curvature`);
             False: the plain inverse, which reads too far over convex surfaces, but whose gradient has the better
             direction.
+        oriented: next to surfaces the gradient is the normal on the side of the sensor; False: the derivative everywhere,
+            which there fades out.
 
     Raises:
         ValueError: x is of integers.
     """
     require_floating("map_distance_and_gradient", x=x)
-    d, g = jnp.asarray(FAR, x.dtype), jnp.zeros_like(x)
-    for level in reversed(range(layout.levels)):
-        near, towards = read_level(layout, level, levels[level], ratio, x, corrected)
-        share, slope = level_share(layout, level, near)
-        g = (1 - share) * towards + share * g + slope * (d - near) * towards
-        d = near + share * (d - near)
-    return d, g
+    slots = slots_near(layout, levels, x)
+    near, towards = read_slots(layout, levels, ratio, slots, x, corrected)
+    far, away = read_slots(layout, levels, ratio, slots_far(layout, levels, x), x, False)
+    share, slope = far_share(layout, near)
+    g = (1 - share) * towards + share * away + slope * (far - near) * towards
+    if oriented:
+        g = turned_off(g, surface_direction(layout, levels, ratio, slots, x), near, layout.scale_of(ratio))
+    return near + share * (far - near) + no_number(x), g + no_number(x)
 
 
 def map_distance(
     layout: MapLayout, levels: tuple[Level, ...], ratio: Scalar, x: Vector3, corrected: bool = True
 ) -> Float[Array, ""]:
-    """Distance to the mapped surfaces [m]; FAR if the map has no points.
+    """Distance to the mapped surfaces [m]; FAR if the map has no points, NaN where x is not finite.
 
-    Where coarse levels answer it reads too far: by up to 5 cm at 0.3 to 0.7 m; beyond 1 m by up to 27 cm, over a small
-    thing that stands on a large one, measured at the default spacing. `distance_bound` covers that.
+    The points of level 0 answer at any distance. Far away nothing is corrected: there it would be less than a millimetre or two.
 
     Args:
         ratio: length scale over spacing [1].
@@ -177,10 +213,11 @@ def map_distance(
         ValueError: x is of integers.
     """
     require_floating("map_distance", x=x)
-    d = jnp.asarray(FAR, x.dtype)
-    for level in reversed(range(layout.levels)):
-        rows, scale = rows_near(layout, level, levels[level], x), layout.scale_of(level, ratio)
-        near = read_blocks(rows, scale, x).distance if corrected else rows_distance_and_gradient(rows, scale, x)[0]
-        share, _ = level_share(layout, level, near)
-        d = near + share * (d - near)
-    return d
+    scale = layout.scale_of(ratio)
+
+    rows = block_rows(levels[0], slots_near(layout, levels, x))
+    near = read_blocks(rows, scale, x).distance if corrected else rows_distance_and_gradient(rows, scale, x)[0]
+    rows = block_rows(levels[0], slots_far(layout, levels, x))
+    far, _ = rows_distance_and_gradient(rows, scale, x)
+    share, _ = far_share(layout, near)
+    return near + share * (far - near) + no_number(x)

@@ -88,7 +88,7 @@ def sample_map(
         steps = np.stack(np.unravel_index(np.arange(BRICK**3), (BRICK,) * 3), axis=-1)
         places = BRICK * np.unique(near // BRICK, axis=0)[:, None] + steps
         nodes = np.ravel_multi_index(np.moveaxis(places, -1, 0), grid.shape, mode="clip")
-        scale = float(np.asarray(layout.scale_of(0, ratio)))
+        scale = float(np.asarray(layout.scale_of(ratio)))
         own = _near_distances(points, tree, outer, scale, x[nodes], corrected)
         t = np.clip((d[nodes] - inner) / (outer - inner), 0.0, 1.0)
         d[nodes] = np.where(t < 1, own + t * t * (3.0 - 2.0 * t) * (d[nodes] - own), d[nodes])

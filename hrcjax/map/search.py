@@ -50,8 +50,18 @@ def nearest_blocks(
     corner = tuple(origin[a] + (2 * at[a][:, None] + step[:, a]).astype(low.dtype) * edge for a in range(3))
     gap = squared_gaps(octets[:, :OCTET], corner, edge, low, high).reshape(-1)
     near, best = jax.lax.top_k(-gap, min(count, gap.shape[0]))
-    slots = jnp.where(jnp.isfinite(near), octets[:, OCTET:].reshape(-1)[best], blocks.place.shape[0])
+    slots = jnp.where(near != -jnp.inf, octets[:, OCTET:].reshape(-1)[best], blocks.place.shape[0])
     return slots, jnp.minimum(jnp.max(-near), jnp.max(-octet_gap))
+
+
+NEAREST = 16
+"""Blocks that a query near surfaces reads."""
+
+
+def slots_near(layout: MapLayout, levels: tuple[Level, ...], x: Vector3) -> Int[Array, "block"]:
+    """Slots of the blocks of level 0 nearest to x, as far as within reach; the capacity: none."""
+    x = jax.lax.stop_gradient(x)
+    return nearest_blocks(layout, 0, levels[0], x, x, min(NEAREST, layout.capacity))[0]
 
 
 def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio: Scalar, count: int) -> GPField:
@@ -66,5 +76,5 @@ def local_field(layout: MapLayout, level: int, blocks: Level, x: Vector3, ratio:
     rows = block_rows(blocks, nearest_blocks(layout, level, blocks, at, at, count)[0])
     points = jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3)
     weights = rows[:, 3].reshape(-1)
-    scale = jnp.asarray(layout.scale_of(level, ratio), x.dtype)
+    scale = jnp.asarray(layout.scale_of(ratio), x.dtype)
     return GPField(points, weights, weights > 0, scale, signed=False)

@@ -1,5 +1,7 @@
 """Fits what waits to be fitted, after the last frame."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 
@@ -7,7 +9,6 @@ from hrcjax.map.layout import MapLayout
 from hrcjax.map.params import MapParams
 from hrcjax.map.state import FieldMap
 from hrcjax.map.weigh import refit_round
-from hrcjax.typing import Array, Bool
 
 
 def settle(layout: MapLayout, params: MapParams, state: FieldMap) -> FieldMap:
@@ -18,21 +19,9 @@ def settle(layout: MapLayout, params: MapParams, state: FieldMap) -> FieldMap:
     if layout.refitted == 0:
         return state
 
-    def waiting(known: tuple) -> Bool[Array, ""]:
-        return jnp.any(jnp.stack([jnp.any(which) for which in known[1]]))
-
-    levels, stale, turn = jax.lax.while_loop(
-        waiting, lambda known: refit_round(layout, *known, params), (state.levels, state.stale, state.turn)
+    base, stale, turn = jax.lax.while_loop(
+        lambda known: jnp.any(known[1]),
+        lambda known: refit_round(layout, *known, params),
+        (state.levels[0], state.stale, state.turn),
     )
-    return FieldMap(
-        levels=levels,
-        extent=state.extent,
-        stale=stale,
-        turn=turn,
-        information=state.information,
-        missed=state.missed,
-        unmet=state.unmet,
-        label=state.label,
-        drift=state.drift,
-        frames=state.frames,
-    )
+    return dataclasses.replace(state, levels=(base, *state.levels[1:]), stale=stale, turn=turn)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from hrcjax.map.blocks import slots_in_turn, voxel_of
+from hrcjax.map.direction import LEVELS
 from hrcjax.map.entries import Entries, make_entries, near_any
 from hrcjax.map.layout import VOXELS, MapLayout
 from hrcjax.map.level import Level
@@ -12,6 +13,7 @@ from hrcjax.map.params import MapParams
 from hrcjax.map.state import FieldMap
 from hrcjax.map.view import View
 from hrcjax.map.visibility import Look, look_along
+from hrcjax.numerics import safe_divide, safe_sqrt
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
@@ -54,6 +56,8 @@ class Known(NamedTuple):
     """Where [m]."""
     weight: Float[Array, "entry"]
     """Of the kernel [1]."""
+    toward: Coordinates
+    """Mean direction to the sensors that saw it [1]."""
     information: Float[Array, "entry"]
     """Inverse variance [1/m^2]."""
     missed: Int[Array, "entry"]
@@ -71,6 +75,8 @@ class Fused(NamedTuple):
     """Mean of the map's point and the frame's, or the one there is [m]."""
     information: Float[Array, "entry"]
     """Sum of both [1/m^2]."""
+    toward: Coordinates
+    """Mean direction to the sensors, weighed as the points are [1]."""
     fresh: Bool[Array, "entry"]
     """Points where the map had none."""
     moves: Float[Array, "entry"]
@@ -151,11 +157,16 @@ def recall(state: FieldMap, base: Level, entries: Entries) -> Known:
         return values.reshape(-1).at[index].get(mode="fill", fill_value=0)
 
     kept = (of_map(a) for a in (state.information, state.missed, state.unmet, state.label))
-    return Known(weight[0] > 0, points, weight[0], *kept)
+    toward = tuple(
+        base.toward.at[entries.slot, a, entries.voxel].get(mode="fill", fill_value=0).astype(points[0].dtype) / LEVELS
+        for a in range(3)
+    )
+    return Known(weight[0] > 0, points, weight[0], toward, *kept)
 
 
-def merge(params: MapParams, known: Known, seen: Observed) -> Fused:
-    """Points of the map moved to the mean of both, weighed by their inverse variances."""
+def merge(params: MapParams, camera: Camera, view: View, known: Known, seen: Observed) -> Fused:
+    """Points of the map moved to the mean of both, weighed by their inverse variances. A view that nothing is seen through may be
+    from anywhere: it tells no direction to the sensor."""
     gain = jnp.where(seen.there, jnp.minimum(seen.information, 1.0 / params.least_deviation**2), 0.0)
     total = known.information + gain
     share = gain / jnp.where(total > 0, total, 1.0)
@@ -163,7 +174,12 @@ def merge(params: MapParams, known: Known, seen: Observed) -> Fused:
     points = tuple(jnp.where(known.exists, o + share * (f - o), f) for o, f in both)
     way = sum((p - o) ** 2 for p, o in zip(points, known.points, strict=True))
     moves = jnp.where(known.exists & seen.there, way, 0.0)
-    return Fused(points, total, seen.there & ~known.exists, moves)
+    way = tuple(camera.position[a] - points[a] for a in range(3))
+    from_where = jnp.any(view.depth > 0)
+    length = safe_sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
+    news = jnp.where(from_where, jnp.where(known.exists, share, 1.0), 0.0)
+    toward = tuple(o + news * (safe_divide(w, length) - o) for o, w in zip(known.toward, way, strict=True))
+    return Fused(points, total, toward, seen.there & ~known.exists, moves)
 
 
 def look_at(

@@ -31,7 +31,7 @@ def exact_field(
         field: of these points.
         ok: False: too badly conditioned for the precision; the weights are the lumped ones.
     """
-    scale = jnp.asarray(layout.scale_of(0, ratio), x.dtype)
+    scale = jnp.asarray(layout.scale_of(ratio), x.dtype)
     return fit_exact(nearest_points(layout, levels, x, count), FieldParams(scale, noise))
 
 

@@ -18,12 +18,10 @@ class FieldMap(eqx.Module):
 
     levels: tuple[Level, ...]
     """Points and weights, finest first."""
-    extent: tuple[Float[Array, "_ voxel"], ...]
-    """Greatest distance of the points of level 0 that a coarse point stands for from it; from level 1 on [m]."""
-    stale: tuple[Bool[Array, "_"], ...]
-    """Blocks of each level whose weights are out of date."""
-    turn: Int[Array, "level"]
-    """The slot of each level at which refitting continues."""
+    stale: Bool[Array, "slot"]
+    """Blocks of level 0 whose weights are out of date."""
+    turn: Int[Array, ""]
+    """The slot at which refitting continues."""
     information: Float[Array, "slot voxel"]
     """Inverse variance of the points of level 0, as far as it is remembered [1/m^2]."""
     missed: Int[Array, "slot voxel"]
@@ -72,12 +70,10 @@ class FrameReport(eqx.Module):
 def empty_map(layout: MapLayout, dtype: jnp.dtype | type = jnp.float32) -> FieldMap:
     """A map without points."""
     shape = (layout.capacity, VOXELS)
-    levels = range(layout.levels)
     return FieldMap(
-        levels=tuple(empty_level(layout, k, dtype) for k in levels),
-        extent=tuple(jnp.zeros((layout.capacity_of(k), VOXELS), dtype) for k in levels[1:]),
-        stale=tuple(jnp.zeros(layout.capacity_of(k), bool) for k in levels),
-        turn=jnp.zeros(layout.levels, jnp.int32),
+        levels=tuple(empty_level(layout, k, dtype) for k in range(layout.levels)),
+        stale=jnp.zeros(layout.capacity, bool),
+        turn=jnp.zeros((), jnp.int32),
         information=jnp.zeros(shape, dtype),
         missed=jnp.zeros(shape, jnp.int8),
         unmet=jnp.zeros(shape, jnp.int8),

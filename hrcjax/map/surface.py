@@ -188,4 +188,4 @@ def map_surface(
         ratio: length scale over spacing [1].
         count: points that are taken at most; 128 suffice up to a ratio of 2.5.
     """
-    return fit_surface(nearest_points(layout, levels, x, count), x, viewpoint, layout.scale_of(0, ratio))
+    return fit_surface(nearest_points(layout, levels, x, count), x, viewpoint, layout.scale_of(ratio))

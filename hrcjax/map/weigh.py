@@ -1,5 +1,6 @@
 """Lumped weights of the points of blocks: one over the sum of the kernel over all points near."""
 
+import dataclasses
 from typing import Any
 
 import jax
@@ -29,13 +30,13 @@ def block_grid(blocks: Level, place: Int[Array, "block 3"]) -> Float[Array, "cha
 
 
 def lumped_weights(
-    grid: Float[Array, "channel x y z block"], length_scale: Float[Array, "block"], params: MapParams
+    grid: Float[Array, "channel x y z block"], length_scale: Float[Array, ""], params: MapParams
 ) -> Float[Array, "block voxel"]:
     """Weights alpha_i = 1 / (s2 + sum_j k_ij) of the points of blocks [1]; 0 where no point is.
 
     Args:
         grid: of `block_grid`.
-        length_scale: of each block [m].
+        length_scale: of the kernel [m].
     """
     exists = (grid[3] > 0).astype(grid.dtype)
     precision = 0.5 / length_scale**2
@@ -57,73 +58,49 @@ def lumped_weights(
     return jnp.moveaxis(weights, -1, 0).reshape(-1, VOXELS)
 
 
-def next_in_turn(
-    layout: MapLayout, level: int, stale: Bool[Array, "slot"], turn: Int[Array, ""]
-) -> tuple[Int[Array, "block"], Int[Array, ""]]:
-    """Slots of the stale blocks that are fitted now (the capacity: none), and at which slot to continue.
-
-    Args:
-        turn: slot to begin at.
-    """
-    capacity = stale.shape[0]
-    most = min(min(layout.refitted, ROUND) // EDGE**level + EDGE, capacity)
-    slots = slots_in_turn(stale, most, turn)
-    return slots, jnp.where(slots[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
+def typical_weight(layout: MapLayout, params: MapParams) -> Float[Array, ""]:
+    """Weight of a point of a flat, regular sample: what a new one has until it is fitted [1]."""
+    return jnp.asarray(1.0 / (1.0 + 2 * jnp.pi * (layout.scale_of(params.ratio) / layout.spacing) ** 2))
 
 
 def refit(
-    layout: MapLayout,
-    levels: tuple[Level, ...],
-    stale: tuple[Bool[Array, "_"], ...],
-    turn: Int[Array, "level"],
-    params: MapParams,
-) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
-    """Fits the weights of some stale blocks of each level, round robin, so that all come to be fitted: rounds of ROUND blocks,
+    layout: MapLayout, base: Level, stale: Bool[Array, "slot"], turn: Int[Array, ""], params: MapParams
+) -> tuple[Level, Bool[Array, "slot"], Int[Array, ""]]:
+    """Fits the weights of some stale blocks of level 0, round robin, so that all come to be fitted: rounds of ROUND blocks,
     up to `layout.refitted`; none if nothing is stale.
 
     Returns:
-        the levels, which blocks are stale then, and whose turn is next.
+        the level, which blocks are stale then, and whose turn is next.
     """
     most = -(-layout.refitted // ROUND)
     if most == 0:
-        return levels, stale, turn
+        return base, stale, turn
 
-    def wanted(known: tuple[Any, Any, Any, Array]) -> Bool[Array, ""]:
-        return (known[3] < most) & jnp.any(jnp.stack([jnp.any(which) for which in known[1]]))
+    def wanted(known: tuple[Any, Array, Array, Array]) -> Bool[Array, ""]:
+        return (known[3] < most) & jnp.any(known[1])
 
-    def once(known: tuple[Any, Any, Any, Array]) -> tuple[Any, Any, Any, Array]:
+    def once(known: tuple[Any, Array, Array, Array]) -> tuple[Any, Array, Array, Array]:
         return (*refit_round(layout, *known[:3], params), known[3] + 1)
 
-    levels, stale, turn, _ = jax.lax.while_loop(wanted, once, (levels, stale, turn, jnp.zeros((), jnp.int32)))
-    return levels, stale, turn
+    base, stale, turn, _ = jax.lax.while_loop(wanted, once, (base, stale, turn, jnp.zeros((), jnp.int32)))
+    return base, stale, turn
 
 
 def refit_round(
-    layout: MapLayout,
-    levels: tuple[Level, ...],
-    stale: tuple[Bool[Array, "_"], ...],
-    turn: Int[Array, "level"],
-    params: MapParams,
-) -> tuple[tuple[Level, ...], tuple[Bool[Array, "_"], ...], Int[Array, "level"]]:
-    """Fits the weights of some ROUND stale blocks of level 0, and of fewer of the coarser ones.
+    layout: MapLayout, base: Level, stale: Bool[Array, "slot"], turn: Int[Array, ""], params: MapParams
+) -> tuple[Level, Bool[Array, "slot"], Int[Array, ""]]:
+    """Fits the weights of at most ROUND stale blocks of level 0.
+
+    Args:
+        turn: slot to begin at.
 
     Returns:
-        the levels, which blocks are stale then, and whose turn is next.
+        the level, which blocks are stale then, and whose turn is next.
     """
-    chosen = [next_in_turn(layout, k, s, turn[k]) for k, s in enumerate(stale)]
-    grids = [
-        block_grid(level, level.place.at[slots].get(mode="fill", fill_value=1))
-        for level, (slots, _) in zip(levels, chosen, strict=True)
-    ]
-    scales = [
-        jnp.full(slots.shape, layout.scale_of(k, params.ratio), grids[0].dtype) for k, (slots, _) in enumerate(chosen)
-    ]
-    weights = lumped_weights(jnp.concatenate(grids, axis=-1), jnp.concatenate(scales), params)
-    fitted, waiting, begin = [], [], 0
-    for level, which, (slots, _) in zip(levels, stale, chosen, strict=True):
-        own = weights[begin : begin + slots.shape[0]]
-        begin += slots.shape[0]
-        rows = level.rows.at[slots, 3].set(own, mode="drop")
-        fitted.append(Level(level.slot, level.index, level.place, rows))
-        waiting.append(which.at[slots].set(False, mode="drop"))
-    return tuple(fitted), tuple(waiting), jnp.stack([after for _, after in chosen])
+    capacity = stale.shape[0]
+    slots = slots_in_turn(stale, min(layout.refitted, ROUND, capacity), turn)
+    turn = jnp.where(slots[-1] < capacity, (slots[-1] + 1) % capacity, 0).astype(jnp.int32)
+    grid = block_grid(base, base.place.at[slots].get(mode="fill", fill_value=1))
+    scale = jnp.asarray(layout.scale_of(params.ratio), grid.dtype)
+    rows = base.rows.at[slots, 3].set(lumped_weights(grid, scale, params), mode="drop")
+    return dataclasses.replace(base, rows=rows), stale.at[slots].set(False, mode="drop"), turn

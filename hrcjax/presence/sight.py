@@ -74,7 +74,7 @@ def seen_behind(layout: VoxelLayout, sight: Sight, shown: Float[Array, "height w
     """The voxels behind what an image shows, and in the ring of `RING` pixels about it, where it sees through nothing either.
 
     Args:
-        shown: depth of the pixels that show somebody; 0: others [m].
+        shown: depth of the pixels that show somebody, or the robot; 0: others [m].
     """
     front = jnp.where(shown > 0, shown, jnp.inf)
     for _ in range(RING):

@@ -63,6 +63,8 @@ class Track(eqx.Module):
     """Voxels before what it measured; see `seen_before`."""
     shadow: UInt[Array, "camera x y"]
     """Voxels behind people whom it shows."""
+    screened: UInt[Array, "camera x y"]
+    """Voxels behind the robot."""
     free: UInt[Array, "camera x y"]
     """Voxels that each camera's last good image saw through."""
     lost: Columns
@@ -113,6 +115,7 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         sure=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         before=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         shadow=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        screened=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         lost=jnp.zeros(layout.shape[:2], jnp.uint32),
         entered=jnp.zeros(layout.shape[:2], jnp.uint32),
@@ -162,6 +165,7 @@ def update_track(
     before = union(track.occupied)
     found = find_people(layout, params, camera, depth, empty.settled[index], robot, box, before)
     free, shadow = seen_free(layout, params, sight, depth), seen_behind(layout, sight, found.shown)
+    screened = seen_behind(layout, sight, jnp.where(jnp.isfinite(robot), robot, 0.0))
     ahead = seen_before(layout, sight, depth)
     near = grow(layout, before, BODY)
     stamp = track.stamp.at[index].set(jnp.where(good, exposed, track.stamp[index]))
@@ -173,6 +177,7 @@ def update_track(
         sure=track.sure.at[index].set(jnp.where(good, found.occupied & near, track.sure[index])),
         before=track.before.at[index].set(jnp.where(good, ahead, track.before[index])),
         shadow=track.shadow.at[index].set(jnp.where(good, shadow, track.shadow[index])),
+        screened=track.screened.at[index].set(jnp.where(good, screened, track.screened[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
         entered=track.entered,
@@ -199,10 +204,11 @@ def update_track(
     entered = jax.lax.fori_loop(
         0, steps.astype(jnp.int32), lambda _, known: grow(layout, known | empty.outside) & blind, track.entered & blind
     )
-    # hidden pockets that hang together with nobody, but through the space behind people in view, and have no room for a body
+    # hidden pockets that hang together with nobody, but through the space behind people in view, and have no room for a body:
+    # the robot hides no trunk
     shadow = union(after.shadow, live)
     pockets = lost & ~shadow
-    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), pockets)
+    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), pockets & ~union(after.screened, live))
     near = grow(layout, reach)
     pockets = jax.lax.fori_loop(0, REACHED, lambda _, known: pockets & grow(layout, known), pockets & (near | body))
     behind = lost & shadow

@@ -79,7 +79,9 @@ def episode_own(params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, 
     R_goal, _ = tool_frame(cell.arm, q_start)
     capacity = cell.moving_points * cell.people
 
-    def look(state: Watch, kept: Kept, q: Joints, t: Scalar, camera: Array, key: PRNGKeyArray) -> tuple[Watch, Kept]:
+    def look(
+        state: Watch, kept: Kept, q: Joints, t: Float[Array, ""], camera: Array, key: PRNGKeyArray
+    ) -> tuple[Watch, Kept]:
         """One image."""
         arm = arm_capsules(cell.arm, q)
         state, good = watch_image(

@@ -32,7 +32,16 @@ def scan_postures(arm: Arm, scene: Scene, q_start: Joints) -> Float[Array, "look
     q, position, rotation = _solve(arm, jnp.asarray(looks, q_start.dtype))
     beyond = np.max(np.maximum(np.asarray(q) - arm.q_max, arm.q_min - np.asarray(q)), axis=1)
     reached = (np.asarray(position) < POSE_ERROR[0]) & (np.asarray(rotation) < POSE_ERROR[1]) & (beyond <= 0)
-    return jnp.concatenate([q[np.flatnonzero(reached)], q_start[None]])
+    return _without_turns(arm, jnp.concatenate([q[np.flatnonzero(reached)], q_start[None]]))
+
+
+def _without_turns(arm: Arm, postures: Float[Array, "look joint"]) -> Float[Array, "look joint"]:
+    """The same postures, joints turned by whole turns so that they move least up to the last one, as far as their ranges allow."""
+    q = np.array(postures)
+    for k in reversed(range(len(q) - 1)):
+        other = q[k] + 2 * np.pi * np.round((q[k + 1] - q[k]) / (2 * np.pi))
+        q[k] = np.where((other >= arm.q_min) & (other <= arm.q_max), other, q[k])
+    return jnp.asarray(q, postures.dtype)
 
 
 @partial(jax.jit, static_argnums=0)

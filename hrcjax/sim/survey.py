@@ -207,7 +207,7 @@ def survey(
     rows = state.levels[0].rows
     at = voxel_of(voxels, jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3))
     at = jnp.where(rows[:, 3].reshape(-1) > 0, at, voxels.count)
-    known = seen | nothing.at[at].set(True, mode="drop")
+    known = seen | unpack_columns(voxels, empty.watched) | nothing.at[at].set(True, mode="drop")
     health = jax.tree.map(lambda a: a[:count], health)
     # stamps of the set-up are of another clock than those of the task
     never = jnp.full((count,), -jnp.inf, dtype)

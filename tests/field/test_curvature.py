@@ -8,7 +8,7 @@ from jax.test_util import check_grads
 from samples import cylinder, plane, sphere
 
 from hrcjax.field import FieldParams, fit
-from hrcjax.field.curvature import curvature_correction, tangential_share
+from hrcjax.field.curvature import MOST, corrected_square, curvature_correction, tangential_share
 from hrcjax.field.gp import log_occupancy
 
 SCALE = 0.02
@@ -69,3 +69,15 @@ def test_derivatives_are_finite_where_the_normal_is_not_known() -> None:
     shape = jnp.diag(jnp.asarray([1.0, 0.6, 0.1]))
     offset = jnp.asarray([0.0, 0.01, 0.03])
     check_grads(lambda s: correction(SCALE**2 * jnp.asarray(s), offset, jnp.asarray(SCALE)), (shape,), 1)
+
+
+def test_of_a_distance_something_is_always_left() -> None:
+    """Whatever the sample looks like: 40 % of the square; and a small correction is left as it is."""
+    square = jnp.geomspace(1e-3, 1e3, 60)
+    left = jax.vmap(corrected_square)(square, jnp.full(60, -3.9))
+    assert (left > (1 - MOST) * square - 0.02).all() and (left > 0)[square > 0.05].all()
+    np.testing.assert_allclose(left[square > 30], (square - 3.9)[square > 30], rtol=1e-2)
+    assert (jnp.diff(left) > 0).all()
+    slope = jax.vmap(jax.grad(corrected_square, argnums=(0, 1)))(jnp.linspace(-3.0, 3.0, 61), jnp.full(61, -2.0))
+    assert all(np.isfinite(g).all() for g in slope)
+    np.testing.assert_array_equal(corrected_square(jnp.asarray(2.0), jnp.asarray(0.0)), 2.0)

@@ -8,7 +8,14 @@ import scipy.special
 from jax.test_util import check_grads
 
 from hrcjax.field import MATERN12, MATERN32, SQUARED_EXPONENTIAL, rational_quadratic
-from hrcjax.field.kernel import ROOT_BLEND, blended_root, blended_root_slope, lambert_depth
+from hrcjax.field.kernel import (
+    ROOT_BLEND,
+    blended_root,
+    blended_root_slope,
+    lambert_depth,
+    raised_root,
+    raised_root_slope,
+)
 
 TEXTBOOK = {
     SQUARED_EXPONENTIAL: lambda r: np.exp(-(r**2) / 2),
@@ -103,3 +110,12 @@ def test_rational_quadratic_is_cached_and_checked():
     assert rational_quadratic(60.0) is rational_quadratic(60.0)
     with pytest.raises(ValueError, match="must be positive"):
         rational_quadratic(0.0)
+
+
+def test_raised_root_is_the_root_and_never_0() -> None:
+    v = jnp.concatenate([-jnp.geomspace(10.0, 1e-6, 40), jnp.geomspace(1e-6, 1e15, 100)])
+    root, slope = raised_root(v), jax.vmap(jax.grad(raised_root))(v)
+    np.testing.assert_allclose(root[v > 0.1], np.sqrt(v[v > 0.1]), rtol=5e-3)
+    assert (root > 0).all() and (slope > 0).all() and (jnp.diff(root) > 0).all()
+    np.testing.assert_allclose(raised_root_slope(v), slope, rtol=1e-4)
+    np.testing.assert_allclose(raised_root(jnp.asarray(0.0)), 0.1, rtol=1e-5)

@@ -155,11 +155,10 @@ DAMAGES = {
     ),
     "a slot without a box": (*_put("levels.1.index.octets", (0, 0, 0, 8), 0), "index and slot are inconsistent"),
     "another hull": (*_put("levels.0.index.hull", lambda s, p: _box(s, p)[:3], 0), "hull that is not the bounding box"),
-    "a turn too far": (*_put("turn", 1, 99), "turn holds 99"),
-    "a turn before the first": (*_put("turn", 0, -1), "turn holds -1"),
+    "a turn too far": (*_put("turn", (), 99), "turn holds 99"),
+    "a turn before the first": (*_put("turn", (), -1), "turn holds -1"),
     "a label of nothing": (*_put("label", (0, 0), 4), "label holds 4"),
     "a negative count": (*_put("missed", (0, 0), -1), "missed holds -1"),
-    "a negative extent": (*_put("extent.0", (0, 0), -0.5), "extent.0 holds -0.5"),
     "negative information": (*_put("information", (0, 0), -1.0), "information holds -1"),
 }
 
@@ -194,7 +193,7 @@ def _header_with(path, part: str, **values) -> None:
         ("layout", {"born": None}, "born is missing"),
         ("layout", {"levels": 1}, "at least 2 levels"),
         ("layout", {"levels": 2.5}, "layout.levels 2.5 is not an integer"),
-        ("layout", {"levels": 2}, "extent.1 is not known"),
+        ("layout", {"levels": 2}, "levels.2.index.hull is not known"),
         ("layout", {"shape": [6, 5]}, "not three numbers"),
         ("layout", {"shape": [6, 5, -4]}, "sizes of at least 1"),
         ("layout", {"lower": [0, 0, float("nan")]}, "layout.lower nan"),

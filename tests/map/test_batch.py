@@ -10,7 +10,6 @@ from hrcjax.map import (
     View,
     batch,
     empty_map,
-    map_distance,
     map_distance_and_gradient,
     map_distances_and_gradients,
 )
@@ -41,15 +40,11 @@ def levels(layout, points_program):
 def test_many_are_as_each_alone(layout, levels, count, correct) -> None:
     """Near and far, in dense groups and scattered ones, and beside a query that is not a number."""
     random = np.random.default_rng(count)
-    dense = random.uniform([0.1, -0.1, 0.0], [0.35, 0.15, 0.2], (count // 2, 3))
+    dense = random.uniform([0.1, -0.1, -0.1], [0.35, 0.15, 0.2], (count // 2, 3))
     scattered = random.uniform([-0.9, -0.9, -0.3], [0.9, 0.9, 1.5], (count - count // 2, 3))
     x = np.concatenate([dense, scattered]).astype(np.float32)
     x[count // 3] = np.nan
-    single = (
-        jax.value_and_grad(lambda p: map_distance(layout, levels, RATIO, p))
-        if correct
-        else lambda p: map_distance_and_gradient(layout, levels, RATIO, p, corrected=False)
-    )
+    single = lambda p: map_distance_and_gradient(layout, levels, RATIO, p, correct)  # noqa: E731
     expected, slope = jax.jit(lambda x: jax.lax.map(single, x, batch_size=64))(x)
     d, g = jax.jit(lambda x: map_distances_and_gradients(layout, levels, RATIO, x, correct))(x)
     known = np.arange(count) != count // 3

@@ -65,7 +65,7 @@ def test_it_comes_back_to_full_when_it_is_measured_again(take) -> None:
 
 
 def test_alone_it_goes_by_patience(take) -> None:
-    """Nothing about: it is dynamic, and goes with the second frame that sees through it, whatever was known."""
+    """Nothing about: it is dynamic, and goes with the first frame that sees through it, whatever was known."""
     after = take([[OFTEN], [OFTEN], [OFTEN], [], []])
-    assert [holds(state, OFTEN) for state, _ in after] == [True, True, True, True, False]
-    assert [int(report.dynamic) for _, report in after] == [0, 0, 0, 1, 1]
+    assert [holds(state, OFTEN) for state, _ in after] == [True, True, True, False, False]
+    assert [int(report.dynamic) for _, report in after] == [0, 0, 0, 1, 0]

@@ -70,8 +70,10 @@ def test_points_lie_on_the_surfaces(still) -> None:
 
 
 def test_boxes_about_points_and_slots_are_true(still, layout) -> None:
-    """Boxes hold the points, and are a 32nd of the block larger on every side at most."""
+    """Boxes hold the points of level 0, and are a 32nd of the block larger on every side at most, on coarse levels somewhat
+    more, as they are about boxes."""
     state, _, _ = still
+    fine = points_of(state)[0]
     for number, level in enumerate(state.levels):
         edge = layout.edge_of(number)
         slot, place, rows = (np.asarray(v) for v in (level.slot, level.place, level.rows))
@@ -80,17 +82,20 @@ def test_boxes_about_points_and_slots_are_true(still, layout) -> None:
         used = np.flatnonzero(place[:, 0])
         assert len(used) == (slot < len(place)).sum() > 0
         assert (slot[tuple(place[used].T)] == used).all()
+        block = np.floor((fine - np.asarray(layout.lower)) / edge).astype(int) + REACH
         for s in used:
-            points = rows[s, :3, rows[s, 3] > 0]
+            points = fine[(block == place[s]).all(axis=1)] if number else rows[s, :3, rows[s, 3] > 0]
             corner = np.asarray(layout.lower) + (place[s] - REACH) * edge
             parts = (box[tuple(place[s])] >> np.arange(0, 30, 5)) & 31
             low, high = corner + parts[:3] * edge / 32, corner + (parts[3:] + 1) * edge / 32
             under, over = points.min(axis=0) - low, high - points.max(axis=0)
-            assert (np.minimum(under, over) > -1e-5).all() and (np.maximum(under, over) < edge / 32 + 1e-5).all()
+            assert (np.minimum(under, over) > -1e-5).all() and (
+                np.maximum(under, over) < (1.4 if number else 1.0) * edge / 32 + 1e-5
+            ).all()
         assert (box[slot >= len(place)] == NO_BOX).all() and (box[tuple(place[used].T)] != NO_BOX).all()
 
 
-def test_what_moved_away_goes_within_two_frames_and_what_came_is_new_at_once(still, program, camera, look) -> None:
+def test_what_moved_away_goes_and_what_came_is_new_with_one_frame(still, program, camera, look) -> None:
     state, _, _ = still
     moved = scene_with((BOX_B, HALF))
     before, _ = points_of(state)
@@ -99,9 +104,7 @@ def test_what_moved_away_goes_within_two_frames_and_what_came_is_new_at_once(sti
     points, label = points_of(state)
     came = within(points, BOX_B, HALF) & (points[:, 2] > 0.03)
     assert came.sum() > 40 and (label[came] == NEW).mean() > 0.95
-    assert int(first.dynamic) > 0.95 * stale.sum() and (label == DYNAMIC).sum() == int(first.dynamic)
-    state, _ = program(state, camera, look(moved, 11))
-    points, _ = points_of(state)
+    assert int(first.dynamic) > 0.95 * stale.sum() and not (label == DYNAMIC).any()
     left = within(points, BOX_A, HALF) & (points[:, 2] > 0.03)
     assert stale.sum() > 40 and left.sum() <= 0.05 * stale.sum()
 
@@ -118,8 +121,10 @@ def test_holes_in_the_image_keep_no_ghosts(still, program, camera, look) -> None
     assert (within(points, BOX_A, HALF) & (points[:, 2] > 0.03)).sum() < 0.05 * stale
 
 
-def test_what_is_met_again_has_not_been_missed(still, points_program, camera, look) -> None:
+def test_what_is_met_again_has_not_been_missed(still, layout, camera, look) -> None:
     """Seen through once, met at its depth, and seen through once more: that is once in a row, not twice."""
+    patient = MapParams(patience=2.0)
+    points_program = jax.jit(lambda state, camera, view: fuse(layout, patient, state, camera, view))
     state, _, scene = still
     before = (lambda p: within(p, BOX_A, HALF) & (p[:, 2] > 0.03))(points_of(state)[0]).sum()
     for k, image in enumerate((scene_with(), scene, scene_with())):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hrcjax.map import MapLayout
-from hrcjax.map.blocks import claim, store, voxel_of
+from hrcjax.map.blocks import bounding_boxes, claim, store, voxel_of
 from hrcjax.map.index import NO_BOX, boxes_by_place, sides
 from hrcjax.map.layout import REACH, VOXELS
 from hrcjax.map.level import Level, empty_level, padded_place
@@ -27,6 +27,11 @@ def surface(seed: int) -> np.ndarray:
     return (CORNER + SIZE * np.concatenate([sheet, random.uniform(0.001, 0.999, (12, 3))])).astype(np.float32)
 
 
+def stored(level: Level, slots: jax.Array, rows: jax.Array) -> Level:
+    place = level.place.at[slots].get(mode="fill", fill_value=0)
+    return store(level, slots.astype(jnp.int32), rows, bounding_boxes(LAYOUT, 0, place, rows))
+
+
 def with_points(level: Level, points: np.ndarray) -> Level:
     """The level with a point in each voxel that one of these is in, and nothing else in their blocks."""
     x = jnp.asarray(points)
@@ -38,7 +43,7 @@ def with_points(level: Level, points: np.ndarray) -> Level:
         .set(jnp.concatenate([x, jnp.ones((len(x), 1), jnp.float32)], axis=1))
     )
     used = jnp.where(jnp.any(rows[:, 3] > 0, axis=1), jnp.arange(LAYOUT.capacity), LAYOUT.capacity)
-    return store(LAYOUT, 0, level, used.astype(jnp.int32), rows)
+    return stored(level, used, rows)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +51,7 @@ def changed() -> Level:
     """A level in which a third of the blocks were emptied, and some of these filled anew."""
     level = with_points(empty_level(LAYOUT, 0), surface(0))
     gone = jnp.where(jnp.arange(LAYOUT.capacity) % 3 == 0, jnp.arange(LAYOUT.capacity), LAYOUT.capacity)
-    level = store(LAYOUT, 0, level, gone.astype(jnp.int32), jnp.zeros((LAYOUT.capacity, 4, VOXELS), jnp.float32))
+    level = stored(level, gone, jnp.zeros((LAYOUT.capacity, 4, VOXELS), jnp.float32))
     return with_points(level, surface(1)[:40])
 
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from hrcjax.safety import OLD_DATA
+from hrcjax.sense import HEALTH_REASONS
 from hrcjax.sim import episode, fit_fields, outcome
+from hrcjax.sim.episode import pack_cameras
 
 pytestmark = pytest.mark.slow
 
@@ -48,7 +50,7 @@ def test_the_servo_does_what_was_commanded(seen, cell):
 
 
 def test_old_data_stops_the_arm(program, float_params, world):
-    frames = dataclasses.replace(world.frames, valid=jnp.arange(world.frames.stamp.shape[0]) < 4)
+    frames = dataclasses.replace(world.frames, valid=world.frames.stamp < 0.02)
     run, _ = program(float_params, eqx.tree_at(lambda w: w.frames, world, frames))
     reasons = np.asarray(run.record.reasons)
     assert reasons[5] & OLD_DATA == 0
@@ -68,6 +70,29 @@ def test_a_command_that_is_not_finite_is_named_and_the_arm_holds(program, float_
     assert np.all(np.asarray(run.record.status) & 1)
     assert np.isfinite(run.record.q).all()
     assert np.abs(run.record.qd).max() < 1e-3
+
+
+def test_bits_of_the_cameras():
+    """Camera k in the k-th byte; a fourth has no place."""
+    packed = pack_cameras(jnp.asarray([[3, 64, 0, 5], [0, 0, 2, 0]], jnp.int32))
+    np.testing.assert_array_equal(packed, [3 + 64 * 256, 2 * 65536])
+    np.testing.assert_array_equal(pack_cameras(jnp.asarray([[7]], jnp.int32)), [7])
+    assert max(HEALTH_REASONS) < 256
+
+
+def test_the_record_names_what_the_cameras_suffer(program, float_params, world, seen):
+    """From when the image is due; it needs not be the one that is used."""
+    frames = world.frames
+    later = jnp.arange(frames.stamp.shape[0]) >= 12
+    ill = eqx.tree_at(
+        lambda f: (f.reasons, f.valid),
+        frames,
+        (frames.reasons.at[:, 1].set(jnp.where(later, 64, 0)), frames.valid & (~later | (frames.camera == 0))),
+    )
+    run, _ = program(float_params, eqx.tree_at(lambda w: w.frames, world, ill))
+    due = np.arange(60) * 0.008 - 0.05 >= float(frames.stamp[12])
+    np.testing.assert_array_equal(run.record.cameras, np.where(due, 64 << 8, 0))
+    assert not np.any(seen[0].record.cameras) and 5 < due.sum() < 55
 
 
 def test_contact_counts_while_the_arm_moves_only(seen, cell, world, float_params):

@@ -6,12 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from hrcjax.field import fit
 from hrcjax.numerics import unrolled_options
 from hrcjax.plan import path_curve
 from hrcjax.robot import control_points, tool_frame
 from hrcjax.safety import SsmParams, stopping_distance
-from hrcjax.sim import Fields, Params
+from hrcjax.sim import Fields, Params, fit_fields
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_state, joint_limits, tick
 
 
@@ -21,10 +20,11 @@ def program(cell, world):
     scene, frames = world.scene, world.frames
     curve = path_curve(jnp.linspace(0, 1, 24)[:, None].astype(jnp.float32) * (scene.goal - scene.start) + scene.start)
     R, _ = tool_frame(cell.arm, world.q_start)
-    moving = jax.tree.map(lambda a: a[0], frames.moving)
+    fields = jax.jit(fit_fields)(params.field, frames)
+    newest = Fields(fields.static, jax.tree.map(lambda a: a[0], fields.moving))
 
     def run(state, age):
-        sensed = Sensed(Fields(fit(frames.static, params.field), fit(moving, params.field)), age, jnp.asarray(True))
+        sensed = Sensed(newest, age, jnp.asarray(True), jnp.asarray(False), jnp.asarray(0))
         return tick(params, cell, curve, R, world.q_start, sensed, state)
 
     return jax.jit(run, compiler_options=unrolled_options())

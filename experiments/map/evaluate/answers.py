@@ -22,7 +22,7 @@ class Answers(NamedTuple):
     distance: np.ndarray
     """Distance, corrected for curvature [m]."""
     gradient: np.ndarray
-    """Its gradient (query, 3) [1]."""
+    """Its gradient, next to surfaces their normal (query, 3) [1]."""
     plain: np.ndarray
     """Uncorrected distance [m]."""
     plain_gradient: np.ndarray
@@ -35,7 +35,7 @@ class Answers(NamedTuple):
 def _ask():
     def ask(state: FieldMap, x: jax.Array) -> tuple[jax.Array, ...]:
         def one(x: jax.Array) -> tuple[jax.Array, ...]:
-            d, g = jax.value_and_grad(lambda x: map_distance(LAYOUT, state.levels, PARAMS.ratio, x))(x)
+            d, g = map_distance_and_gradient(LAYOUT, state.levels, PARAMS.ratio, x)
             plain = map_distance_and_gradient(LAYOUT, state.levels, PARAMS.ratio, x, corrected=False)
             return d, g, *plain, distance_bound(LAYOUT, state, PARAMS.ratio, x)
 

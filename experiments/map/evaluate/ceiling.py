@@ -24,7 +24,7 @@ def on_surfaces(case: Case, seen: Survey) -> FieldMap:
     rows[:, :3] = np.moveaxis(points, 2, 1)
     state = jax.tree.map(jnp.array, seen.state)  # a copy: `settled` donates its argument
     state = eqx.tree_at(lambda s: s.levels[0].rows, state, jnp.asarray(rows))
-    state = eqx.tree_at(lambda s: s.stale[0], state, jnp.asarray(there.any(axis=1)))
+    state = eqx.tree_at(lambda s: s.stale, state, jnp.asarray(there.any(axis=1)))
     return settled(state)
 
 

@@ -1,7 +1,11 @@
 """Scenes that change: an object that is moved, and a person who passes in front of static objects. All images have sensor noise."""
 
+import dataclasses
+
+import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]  # made at run time
+from scipy.spatial.transform import Rotation
 
 from hrcjax.map import FieldMap
 from hrcjax.world import motion_named, person_at
@@ -18,6 +22,10 @@ ON_SURFACE, OFF_SURFACE = 0.02, 0.04
 """A point is on a surface if nearer than the first, and off it if farther than the second [m]."""
 FREE = 0.1
 """Depth behind a stale point that the exact image must show for the point to be in free space [m]."""
+STIRRED = 1e-3
+"""A point that is farther from all points of the map than this was removed [m]."""
+POSITION, ANGLE = 0.005, 0.3
+"""Errors of poses [m], [degrees]."""
 LEAST_PIXELS = 16
 """Least pixels of a voxel's surface in an image for it to be counted: one tile."""
 
@@ -36,32 +44,64 @@ def _seen_through(frame: Frame, p: np.ndarray) -> np.ndarray:
     return inside & (least > z + FREE)
 
 
-def moved_box(seed: int) -> Measures:
+def mistaken(frame: Frame, draw: np.random.Generator) -> Frame:
+    """The frame with an error of POSITION and ANGLE in the pose that the map is told, in a random direction."""
+    shift, turn = (v / np.linalg.norm(v) for v in draw.normal(size=(2, 3)))
+    c = frame.camera
+    rotation = Rotation.from_rotvec(np.deg2rad(ANGLE) * turn).as_matrix() @ np.asarray(c.rotation)
+    position = np.asarray(c.position) + POSITION * shift
+    camera = dataclasses.replace(
+        c, position=jnp.asarray(position, jnp.float32), rotation=jnp.asarray(rotation, jnp.float32)
+    )
+    return frame._replace(camera=camera)
+
+
+def moved_box(seed: int, noisy: bool = False) -> Measures:
     """A box is moved between two frames; the camera does not move after that.
 
+    Args:
+        noisy: all poses have errors.
+
     Returns:
-        gone: share of the points of its old position, in free space of the camera, that are removed after two frames; found:
-        share of the voxels in view at its new position that have a point after one frame; and the number of each.
+        gone: share of the points of its old position, in free space of the camera, that are removed after one frame, and
+        after two; found: share of the voxels in view at its new position that have a point after one frame; ghosts: share of
+        the points after two frames that are off all surfaces and in free space; eaten: share of the voxels of surfaces that
+        did not move that have lost their point to a frame; and numbers.
     """
     draw = np.random.default_rng(seed)
+
+    def told(frame: Frame) -> Frame:
+        return mistaken(frame, draw) if noisy else frame
+
     x = draw.uniform(0.25, 0.35)
     before, after = _table((float(x), 0.25)), _table((float(x + 0.25), float(draw.uniform(0.2, 0.3))))
     case = robotica_case(seed)
-    seen = survey(Case(before, *case[1:]), seed, every=3)
+    seen = survey(Case(before, *case[1:]), seed, every=3, told=told)
     old = map_points(seen.state)
     frames = [look(after, case.eyes[3], case.targets[3], 9000 + 10 * seed + k) for k in range(2)]
     d_before, _ = truth(before, old)
     d_after, _ = truth(after, old)
     stale = (np.abs(d_before) < ON_SURFACE) & (d_after > OFF_SURFACE) & _seen_through(frames[0], old)
     wanted = new_surface(before, after, frames[0])
-    state, found = seen.state, 0.0
+    stays = (np.abs(d_before) < ON_SURFACE) & (np.abs(d_after) < ON_SURFACE)
+    state, found, gone = seen.state, 0.0, []
     for k, frame in enumerate(frames):
-        state, _ = take(state, frame)
+        state, _ = take(state, told(frame))
         if k == 0:
             found = _share_near(state, wanted, LAYOUT.spacing)
+        gone.append(float(np.mean(cKDTree(map_points(state)).query(old[stale])[0] > STIRRED)))
     left = map_points(state)
-    gone = cKDTree(left).query(old[stale])[0] > 1e-3
-    return {"gone": float(np.mean(gone)), "found": found, "stale": int(np.sum(stale)), "new": len(wanted)}
+    ghosts = (truth(after, left)[0] > OFF_SURFACE) & _seen_through(frames[0], left)
+    eaten = cKDTree(left).query(old[stays])[0] > LAYOUT.spacing
+    return {
+        "gone": gone[0],
+        "gone_2": gone[1],
+        "found": found,
+        "ghosts": float(np.mean(ghosts)),
+        "eaten": float(np.mean(eaten)),
+        "stale": int(np.sum(stale)),
+        "new": len(wanted),
+    }
 
 
 def new_surface(before: World, after: World, frame: Frame) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Query points: in free space, near observed surfaces."""
 
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import jax
@@ -9,7 +10,7 @@ import numpy as np
 from .families import Case
 from .parts import in_parts
 from .solids import World, world_distance
-from .survey import PARAMS, Frame, number
+from .survey import LAYOUT, PARAMS, Frame, number
 
 NEAR = 0.3
 """Largest distance of a query from a surface [m]."""
@@ -20,6 +21,12 @@ LEAST_COSINE = 0.2
 AGREE = 0.01
 """Largest difference between its depth and that of the exact image at its pixel [m]."""
 DRAWN = 40_000
+FAR_BANDS = (0.2, 0.3, 0.45, 0.6, 0.9, 1.2, 2.0, 3.0)
+"""Edges of the bands of `far_out` [m]."""
+EACH = 256
+"""Queries of each of them."""
+ROUNDS = 8
+"""Draws of PART places for it, at most."""
 PART = 8192
 """Queries of one call."""
 OFF, STEP, KEPT = 0.01, 0.015, 0.8
@@ -101,3 +108,25 @@ def held_out(case: Case, frames: list[Frame], count: int, seed: int) -> Queries:
     x, d, g = x[near], d[near], g[near]
     seen = times_seen(frames, x - d[:, None] * g, g) >= LEAST_VIEWS
     return Queries(*(v[seen][:count] for v in (x, d, g)))
+
+
+def far_out(case: Case, frames: list[Frame], seed: int) -> list[Queries]:
+    """Queries of each of FAR_BANDS, as many as were found, up to EACH: drawn uniformly in the case's box made larger by the
+    distance, also outside of the map's box; the nearest surface lies within that box and was observed."""
+    random, bands = np.random.default_rng(7000 + seed), []
+    low, high = np.asarray(LAYOUT.lower), np.asarray(LAYOUT.lower) + LAYOUT.edge_of(0) * np.asarray(LAYOUT.shape)
+    for least, most in pairwise(FAR_BANDS):
+        lower, upper = case.lower - [most, most, 0.0], case.upper + most
+        kept: list[Queries] = []
+        for _ in range(ROUNDS):
+            x = random.uniform(lower, upper, (PART, 3)).astype(np.float32)
+            d, g = truth(case.world, x)
+            foot = x - d[:, None] * g
+            mapped = np.all((foot > low + LAYOUT.spacing) & (foot < high - LAYOUT.spacing), axis=1)
+            some = np.nonzero((d >= least) & (d < most) & mapped)[0]
+            some = some[times_seen(frames, foot[some], g[some]) >= LEAST_VIEWS]
+            kept.append(Queries(x[some], d[some], g[some]))
+            if sum(len(part.distance) for part in kept) >= EACH:
+                break
+        bands.append(Queries(*(np.concatenate(parts)[:EACH] for parts in zip(*kept, strict=True))))
+    return bands

@@ -45,9 +45,9 @@ def run_evaluation(progress: bool = True) -> dict[str, dict[str, Any]]:
     rows["cosine_lumped"] = row(weights["cosine_lumped"], "1, lumped weights there")
     rows["cosine_exact"] = row(weights["cosine_exact"], "1, exact weights there")
     rows["lumped_to_exact"] = row(1e3 * weights["apart"], "mm, RMS between the two")
-    moved = [moved_box(seed) for seed in SEEDS_OF_CHANGE]
+    moved, noisy = ([moved_box(seed, noisy) for seed in SEEDS_OF_CHANGE] for noisy in (False, True))
     passed = [person_passes(seed) for seed in SEEDS_OF_CHANGE]
-    rows |= change_rows(moved, passed)
+    rows |= change_rows(moved, noisy, passed)
     say("moving objects")
     rows |= normal_rows(sampled(NOISE), sampled(0.0), on_map)
     say("normals and curvatures")

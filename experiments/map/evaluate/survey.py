@@ -1,5 +1,6 @@
 """A world observed from all its camera poses by a simulated D435i: the map, and the input of other methods from the same images."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -154,12 +155,16 @@ class RandomThinning:
         return self.points[self.count >= least]
 
 
-def survey(case: Case, seed: int, every: int = 1) -> Survey:
-    """Fuses the images of a case, or every n-th of them, into a map."""
+def survey(case: Case, seed: int, every: int = 1, told: Callable[[Frame], Frame] = lambda frame: frame) -> Survey:
+    """Fuses the images of a case, or every n-th of them, into a map.
+
+    Args:
+        told: frame -> what the map is told of it.
+    """
     state, frames, faults, raw, supported = empty_map(LAYOUT), [], 0, RandomThinning(seed), RandomThinning(seed)
     for k, (eye, target) in enumerate(zip(case.eyes[::every], case.targets[::every], strict=True)):
         frame = look(case.world, eye, target, 100 * seed + k)
-        state, report = take(state, frame)
+        state, report = take(state, told(frame))
         faults += int(report.lost) + int(report.unseen) + int(report.left_out)
         raw.add(pixels(frame, frame.measured))
         supported.add(pixels(frame, np.where(_supported()(frame.measured), frame.measured, 0)))
