@@ -1,0 +1,274 @@
+"""One run: from options to cases, rows, page and figures."""
+
+import json
+import sys
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from hrcjax.cells.named_cell import find_cell
+from hrcjax.cells.people import make_person
+from hrcjax.cells.ur5 import CELLS
+from hrcjax.io.motions.spec import motion_spec, people_of
+from hrcjax.lab.atomic import write_bytes
+from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.progress import Progress, duration
+from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
+from hrcjax.lab.rows import read_results
+from hrcjax.lab.run_folder import folder_name
+from hrcjax.lab.writable import check_writable
+from hrcjax.safety import safe_distance, zone_thresholds
+from hrcjax.world import scene_named
+
+from .appear import appear_case, moments
+from .config import SensingConfig
+from .episodes import episode_case
+from .fault_cases import BESIDE, KINDS, fault_case, lost_camera_case, near_times, windows_of
+from .hands import hands_case
+from .image_time import images_case
+from .page import page
+from .picture import picture_case
+from .rows import Rows, all_rows, holds, table
+from .static import static_case
+from .store import FIGURES, Case, RunStore
+from .worlds import Bench, SetUp, bench
+
+WORKERS = 2
+"""Cases that are computed side by side."""
+SLOTS = 40
+"""Faults of one camera that a compiled program has places for."""
+LEAST_SEED, NO_RESULT = 1, ("out", "json", "page", "figures", "overwrite", "config", "quick")
+
+Make = Callable[[], Mapping[str, Any]]
+
+
+def _check(config: SensingConfig) -> None:
+    for option in ("scenes", "people"):
+        values = getattr(config, option)
+        if not values or len(set(values)) < len(values):
+            raise UsageError(f"--{option}: accepted are one or more values, each once")
+    for scene in config.scenes:
+        try:
+            scene_named(scene, 0)
+        except ValueError as error:
+            raise UsageError(one_line(error)) from error
+    for name in config.people:
+        for one in people_of(name):
+            try:
+                make_person(one, scene_named(config.scenes[0], 0), 0, 1.0)
+            except (ValueError, OSError) as error:
+                raise UsageError(one_line(error)) from error
+    if config.seeds < LEAST_SEED:
+        raise UsageError(f"--seeds {config.seeds}: accepted is 1 or more")
+    for option in ("moments", "appearances", "hands", "images"):
+        if getattr(config, option) < 0:
+            raise UsageError(f"--{option} {getattr(config, option)}: accepted is 0 or more")
+    for option in ("json", "page"):
+        file = getattr(config, option)
+        if file is not None:
+            if not file.parent.is_dir():
+                raise UsageError(f"no folder {file.parent} for --{option}")
+            check_writable(file.parent, f"--{option}")
+
+
+def identity(config: SensingConfig) -> dict[str, Any]:
+    """Everything that decides the results."""
+    own = Path(__file__).parent
+    files = [spec.files for name in config.people for one in people_of(name) if (spec := motion_spec(one))]
+    options = {key: value for key, value in asdict(config).items() if key not in NO_RESULT}
+    return {
+        "options": options,
+        "recordings": [file_digest(path) for paths in files for path in paths],
+        "code": LOADED_CODE,
+        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
+    }
+
+
+AFTERWARDS = ("rows.py", "page.py", "figures.py", "shapes.py", "config.py", "run.py", "__main__.py")
+"""Files that only read finished cases."""
+
+
+def person_key(name: str) -> str:
+    """A person's name in that of a case."""
+    spec = motion_spec(name)
+    return folder_name(spec.path.stem if spec else name)
+
+
+class Runner:
+    """The cases of one scene and seed, computed as far as they are not there."""
+
+    def __init__(self, store: RunStore, made_on: Bench, progress: Progress) -> None:
+        self.store, self.bench, self.progress = store, made_on, progress
+        self.cases: dict[str, Case] = {}
+        self._set_up: SetUp | None = None
+        self.pool = ThreadPoolExecutor(WORKERS)
+
+    def set_up(self, scene: str, seed: int) -> SetUp:
+        """The set-up of a scene, kept until the next one."""
+        if self._set_up is None or (self._set_up.name, self._set_up.seed) != (scene, seed):
+            self._set_up = self.bench.set_up(scene, seed)
+        return self._set_up
+
+    def one(self, name: str, make: Make) -> Case:
+        """A case, computed if it is not there."""
+        self.cases[name], computed = self.store.take(name, make)
+        self.progress.advance(1, None if computed else 0.0, name)
+        return self.cases[name]
+
+    def many(self, wanted: Mapping[str, Make]) -> None:
+        """Cases side by side; the first alone, so that each program is compiled once."""
+        waiting = dict(wanted)
+        for name in list(waiting):
+            found = self.store.get(name)
+            if found is not None:
+                self.cases[name] = found
+                self.progress.advance(1, 0.0, name)
+                del waiting[name]
+        if waiting:
+            first = next(iter(waiting))
+            self.one(first, waiting.pop(first))
+        futures = {self.pool.submit(self.store.take, name, make): name for name, make in waiting.items()}
+        try:
+            for future in as_completed(futures):
+                self.cases[futures[future]], _ = future.result()
+                self.progress.advance(1, None, futures[future])
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            raise
+
+
+def _lazy(runner: Runner, scene: str, seed: int, make: Callable[..., Mapping[str, Any]], *rest: Any) -> Make:
+    """A case that needs a set-up, which is made when the case is."""
+    return lambda: make(runner.bench, runner.set_up(scene, seed), *rest)
+
+
+def run_matrix(runner: Runner, config: SensingConfig, scene: str, seed: int) -> None:
+    """Set-up, episodes and hands of one scene and seed."""
+    runner.one(f"setup/{scene}-{seed}", _lazy(runner, scene, seed, static_case))
+    lazy = partial(_lazy, runner, scene, seed)
+    runner.many({f"episode/{scene}-{seed}-{person_key(name)}": lazy(episode_case, name) for name in config.people})
+    if config.hands and seed == 0:
+        each = -(-config.hands // len(config.scenes))
+        runner.one(f"hands/{scene}-{seed}", lazy(hands_case, each))
+
+
+def base_case(runner: Runner, scene: str, name: str) -> Case:
+    """An episode of the matrix, or one beside it."""
+    key = f"episode/{scene}-0-{person_key(name)}"
+    if key not in runner.cases:
+        runner.cases["base/" + key] = runner.store.take("base/" + key, _lazy(runner, scene, 0, episode_case, name))[0]
+        return runner.cases["base/" + key]
+    return runner.cases[key]
+
+
+def run_appearances(runner: Runner, config: SensingConfig, scene: str) -> None:
+    """People who are there at once."""
+    base = base_case(runner, scene, "nobody")
+    frames = moments(base["t"], base["qd"], config.appearances, 30.0)
+    lazy = partial(_lazy, runner, scene, 0, appear_case, base["t"], base["q"])
+    runner.many({f"appear/{scene}-0-{frame}": lazy(frame) for frame in frames})
+    runner.progress.advance(config.appearances - len(frames), 0.0)
+
+
+def fault_episodes(runner: Runner, scene: str, count: int) -> list[tuple[str, list[float]]]:
+    """People and the moments at which cameras fail beside them, `count` in all."""
+    chosen: list[tuple[str, list[float]]] = []
+    for turn in range(count):
+        for name in BESIDE:
+            rest = count - sum(len(times) for _, times in chosen)
+            if rest <= 0:
+                return chosen
+            base = base_case(runner, scene, name)
+            times = near_times(base["t"], base["true_now"], rest, 0.23 * turn)
+            if times:
+                chosen.append((name, times))
+        if not chosen:
+            return chosen
+    return chosen
+
+
+def run_faults(runner: Runner, config: SensingConfig, scene: str) -> None:
+    """Short faults of every kind, and cameras lost for good."""
+    plan = fault_episodes(runner, scene, config.moments)
+    wanted: dict[str, Make] = {}
+    for kind, code in KINDS.items():
+        for k, (name, times) in enumerate(plan):
+            windows = windows_of(times, 2, k)
+            wanted[f"fault/{kind}/{scene}-0-{name}-{k}"] = _lazy(
+                runner, scene, 0, fault_case, name, code, windows, SLOTS
+            )
+    for camera in range(2):
+        wanted[f"camera-lost/{scene}-0-{camera}"] = _lazy(runner, scene, 0, lost_camera_case, camera, SLOTS)
+    runner.progress.total = (runner.progress.total or 0) + len(wanted) - 2
+    runner.many(wanted)
+
+
+def collect(config: SensingConfig, runner: Runner) -> None:
+    """All cases."""
+    first = config.scenes[0]
+    order = [(scene, seed) for seed in range(config.seeds) for scene in config.scenes]
+    for scene, seed in order:
+        run_matrix(runner, config, scene, seed)
+        if (scene, seed) == (first, 0):
+            if config.figures:
+                runner.one(f"picture/{first}-0", _lazy(runner, first, 0, picture_case, "reach_in"))
+            if config.images:
+                runner.one(f"images/{first}-0", _lazy(runner, first, 0, images_case, config.images))
+            if config.appearances:
+                run_appearances(runner, config, first)
+            if config.moments:
+                run_faults(runner, config, first)
+
+
+def expected(config: SensingConfig) -> int:
+    """Cases that are known beforehand."""
+    worlds = len(config.scenes) * config.seeds
+    hands = len(config.scenes) if config.hands else 0
+    return worlds * (1 + len(config.people)) + hands + bool(config.figures) + bool(config.images) + config.appearances + 2 * bool(config.moments)  # fmt: skip
+
+
+def run(config: SensingConfig) -> int:
+    """Runs or resumes; returns the exit status: 0."""
+    begin = time.monotonic()
+    _check(config)
+    named = find_cell(config.cell, CELLS)
+    people = max(len(people_of(name)) for name in config.people)
+    cell = replace(named.cell, people=max(named.cell.people, people))
+    tried = bench(cell, named.params, config.sensing)
+    who = identity(config)
+    mark = fingerprint(who)
+    folder = config.out or Path("runs") / f"sensing-{mark[:8]}"
+    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
+    store = RunStore(folder, mark, {"program": "sensing", "config": asked, **provenance()}, config.overwrite)
+    print(f"{len(config.scenes) * config.seeds} worlds -> {folder}", file=sys.stderr, flush=True)
+    with Progress(expected(config), unit="case") as progress:
+        runner = Runner(store, tried, progress)
+        collect(config, runner)
+    ssm = tried.params.safety.ssm
+    rows = all_rows(
+        runner.cases, tried.params, cell.latency, float(zone_thresholds(tried.params.safety).green), float(safe_distance(ssm, 0.0))
+    )  # fmt: skip
+    write_bytes(folder / "rows.json", (json.dumps({"sensing": rows}, indent=1) + "\n").encode())
+    if config.json:
+        write_bytes(config.json, (json.dumps(read_results(config.json) | {"sensing": rows}, indent=1) + "\n").encode())
+    names: list[str] = []
+    if config.figures:
+        from .figures import draw  # here: drawing is slow to import, and not always wanted
+
+        names = draw(folder / FIGURES, runner.cases, config.scenes[0])
+    if config.page:
+        write_bytes(config.page, page(rows, config, names).encode())
+    _report(rows, folder, time.monotonic() - begin)
+    return 0
+
+
+def _report(rows: Rows, folder: Path, seconds: float) -> None:
+    print(table(rows))
+    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
+    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
+    print(f"Took {duration(seconds)}. Cases and rows: {folder}")

@@ -1,0 +1,77 @@
+"""The folder of a run: the arrays of every case, as they come."""
+
+import json
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.lab.atomic import remove_temporaries, replace_file, write_bytes
+from hrcjax.lab.errors import UsageError
+from hrcjax.lab.run_folder import own_files
+from hrcjax.lab.writable import check_writable
+
+ABOUT, CASES, FIGURES = "run.json", "cases", "figures"
+Case = dict[str, NDArray]
+
+
+class RunStore:
+    """Cases by name, such as "episode/robotica-0-reach_in"."""
+
+    def __init__(self, folder: Path, mark: str, about: Mapping[str, Any], overwrite: bool) -> None:
+        """Opens or makes the folder.
+
+        Args:
+            mark: what decides the results; cases are kept only if it is the same.
+            about: of the run, stored beside them.
+
+        Raises:
+            UsageError: the folder holds another run, or other files.
+        """
+        check_writable(folder, "--out")
+        self.folder = folder
+        if own_files(folder, (ABOUT,), (CASES, FIGURES, "rows.json"), "run", "--out"):
+            known = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
+            if known.get("fingerprint") != mark:
+                if not overwrite:
+                    raise UsageError(
+                        f"{folder} holds a run with other options or other code; give another --out, or --overwrite"
+                    )
+                shutil.rmtree(folder / CASES, ignore_errors=True)
+        (folder / CASES).mkdir(parents=True, exist_ok=True)
+        remove_temporaries(folder / CASES)
+        write_bytes(folder / ABOUT, (json.dumps({"fingerprint": mark, **about}, indent=1) + "\n").encode())
+
+    def _path(self, name: str) -> Path:
+        return self.folder / CASES / f"{name.replace('/', '--')}.npz"
+
+    def get(self, name: str) -> Case | None:
+        """The arrays of a finished case; None: not finished, or damaged."""
+        try:
+            with np.load(self._path(name), allow_pickle=False) as file:
+                return {key: file[key] for key in file.files}
+        except (OSError, ValueError, EOFError, KeyError):
+            return None
+        except Exception as error:  # zipfile has errors of its own for a damaged file
+            if type(error).__name__ == "BadZipFile":
+                return None
+            raise
+
+    def put(self, name: str, arrays: Mapping[str, Any]) -> Case:
+        """Stores a case, whole or not at all."""
+        kept = {key: np.asarray(value) for key, value in arrays.items()}
+        replace_file(self._path(name), lambda path: _save(path, kept))
+        return kept
+
+    def take(self, name: str, make: Callable[[], Mapping[str, Any]]) -> tuple[Case, bool]:
+        """A case, computed if it is not there; and whether it was computed."""
+        found = self.get(name)
+        return (found, False) if found is not None else (self.put(name, make()), True)
+
+
+def _save(path: Path, arrays: Case) -> None:
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]  # arrays by name
