@@ -70,7 +70,7 @@ class SenseParams(eqx.Module):
     health: HealthParams = HealthParams()
     """When an image is refused."""
     delay: float = 0.05
-    """Usual time from the exposure of an image to its use; that of the cell [s]."""
+    """Usual time from the exposure of an image to its use; `Cell.latency` takes its place [s]."""
     settled: float = 2.0
     """Points that may appear or vanish in a round of images for the map to count as settled [1]."""
     table_margin: float = 0.03
