@@ -102,8 +102,7 @@ def survey_world(
     Raises:
         ValueError: the start is out of the arm's reach.
     """
-    params = SenseParams() if params is None else params
-    params = eqx.tree_at(lambda p: p.delay, params, cell.latency)
+    params = eqx.tree_at(lambda p: p.delay, SenseParams() if params is None else params, cell.latency)
     q_start = posture_at(cell, scene.start)
     postures = scan_postures(cell.arm, scene, q_start)
     surveyed = survey(cell.arm, cell.layout, cell.voxels, rig, scene, postures, key, params)
