@@ -27,11 +27,11 @@ from hrcjax.sim import (
     World,
     episode,
     sense_sequence,
-    survey,
 )
 from hrcjax.sim.own_sensing import episode_own
 from hrcjax.sim.prepare import Surveyed, frame_stamps, hidden_field, nominal_motion, posture_at, scene_field, stage_for
 from hrcjax.sim.scan import scan_postures
+from hrcjax.sim.survey import survey
 from hrcjax.typing import Array
 from hrcjax.world import Person, Scene, scene_named
 

@@ -102,13 +102,13 @@ def survey_world(
     Raises:
         ValueError: the start is out of the arm's reach.
     """
-    params = eqx.tree_at(lambda p: p.delay, SenseParams() if params is None else params, cell.latency)
+    sense: SenseParams = eqx.tree_at(lambda p: p.delay, SenseParams() if params is None else params, cell.latency)
     q_start = posture_at(cell, scene.start)
     postures = scan_postures(cell.arm, scene, q_start)
-    surveyed = survey(cell.arm, cell.layout, cell.voxels, rig, scene, postures, key, params)
-    field = scene_field(cell, params, surveyed)
+    surveyed = survey(cell.arm, cell.layout, cell.voxels, rig, scene, postures, key, sense)
+    field = scene_field(cell, sense, surveyed)
     stage = stage_for(rig, scene, person, no_faults(rig.count, q_start.dtype) if faults is None else faults)
-    return Surveyed(scene, q_start, surveyed, field, hidden_field(cell, params, surveyed), stage)
+    return Surveyed(scene, q_start, surveyed, field, hidden_field(cell, sense, surveyed), stage)
 
 
 def make_world(
