@@ -49,7 +49,7 @@ def presence_cloud(
     live = live_cameras(params, track, track.time, period)
     people = union(track.occupied, live)
     behind = beside(layout, people) & ~union(track.before, live) & empty.watched
-    hidden = behind | track.lost | track.entered
+    hidden = behind | track.lost
     shell = hidden & ~within(layout, hidden | people) & ~people
     near = pack_columns(layout, jnp.sum(centres(layout, dtype) ** 2, axis=1) < COARSE_FROM**2)
     fine = _points(layout, track, live, people, (people | shell) & near, 1, NEAR_CANDIDATES)

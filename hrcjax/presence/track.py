@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from hrcjax.presence.detect import find_people
 from hrcjax.presence.params import PresenceParams
 from hrcjax.presence.sight import Sight, seen_before, seen_behind, seen_free
-from hrcjax.presence.voxels import Columns, VoxelLayout, all_voxels, count_voxels, grow, within
+from hrcjax.presence.voxels import Columns, VoxelLayout, count_voxels, grow, within
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, UInt, Vector3
 
@@ -40,10 +40,6 @@ class Empty(eqx.Module):
     """Where the voxels appear in each image."""
     watched: Columns
     """Free when the cell was empty, and seen so by a stationary camera."""
-    by: UInt[Array, "camera x y"]
-    """The same, of each camera."""
-    outside: Columns
-    """Not watched, and joined to the sides of the box: people come from there."""
 
 
 class Track(eqx.Module):
@@ -69,8 +65,6 @@ class Track(eqx.Module):
     """Voxels that each camera's last good image saw through."""
     lost: Columns
     """Hidden voxels in which somebody may be who was measured before."""
-    entered: Columns
-    """Voxels in which somebody may have come from outside while a camera does not deliver."""
     growth: Float[Array, ""]
     """Way that hidden space has yet to grow [m]."""
     missing: Bool[Array, ""]
@@ -83,19 +77,8 @@ def survey_empty(
     layout: VoxelLayout, params: PresenceParams, settled: Float[Array, "camera height width"], sight: Sight
 ) -> Empty:
     """What the stationary cameras watch, from their settled pictures of the empty cell."""
-    by = jax.vmap(lambda s, d: seen_free(layout, params, s, d, SURELY))(sight, settled)
-    watched = union(by)
-    x, y = (jnp.arange(n, dtype=jnp.int32) for n in layout.shape[:2])
-    side = (x[:, None] == 0) | (x[:, None] == layout.shape[0] - 1) | (y == 0) | (y == layout.shape[1] - 1)
-    sides = jnp.where(side, all_voxels(layout), 0)
-
-    def flood(known: tuple[Array, Array]) -> tuple[Array, Array]:
-        more = grow(layout, known[0]) & ~watched & all_voxels(layout)
-        return more, jnp.any(more != known[0])
-
-    outside, _ = jax.lax.while_loop(lambda known: known[1], flood, (sides & ~watched, jnp.asarray(True)))
-    # a person at the border of the box is outside, too
-    return Empty(settled, sight, watched, by, outside | sides)
+    watched = union(jax.vmap(lambda s, d: seen_free(layout, params, s, d, SURELY))(sight, settled))
+    return Empty(settled, sight, watched)
 
 
 def union(sets: UInt[Array, "camera x y"], of: Bool[Array, "camera"] | None = None) -> Columns:
@@ -118,7 +101,6 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         screened=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         lost=jnp.zeros(layout.shape[:2], jnp.uint32),
-        entered=jnp.zeros(layout.shape[:2], jnp.uint32),
         growth=jnp.zeros((), dtype),
         missing=jnp.asarray(False),
         unsure=jnp.asarray(False),
@@ -180,7 +162,6 @@ def update_track(
         screened=track.screened.at[index].set(jnp.where(good, screened, track.screened[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
-        entered=track.entered,
         growth=track.growth,
         missing=track.missing,
         unsure=track.unsure,
@@ -199,11 +180,6 @@ def update_track(
     lost = jax.lax.fori_loop(
         0, steps.astype(jnp.int32), lambda _, known: grow(layout, known) & open_to & hidden, lost & hidden
     )
-    # while a camera is missing, somebody may come in where the others do not look
-    blind = empty.watched & ~union(empty.by, live)
-    entered = jax.lax.fori_loop(
-        0, steps.astype(jnp.int32), lambda _, known: grow(layout, known | empty.outside) & blind, track.entered & blind
-    )
     # hidden pockets that hang together with nobody, but through the space behind people in view, and have no room for a body:
     # the robot hides no trunk
     shadow = union(after.shadow, live)
@@ -216,6 +192,4 @@ def update_track(
     lost = pockets | behind
     growth = jnp.minimum(way - steps * layout.edge, layout.edge)
     unsure = count_voxels(pockets) >= LEAST_LOST
-    return eqx.tree_at(
-        lambda t: (t.lost, t.entered, t.growth, t.missing, t.unsure), after, (lost, entered, growth, missing, unsure)
-    )
+    return eqx.tree_at(lambda t: (t.lost, t.growth, t.missing, t.unsure), after, (lost, growth, missing, unsure))

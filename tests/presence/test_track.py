@@ -98,22 +98,16 @@ def grown(known: np.ndarray, within: np.ndarray, steps: int) -> np.ndarray:
 # the empty cell -------------------------------------------------------------------------------------------------------
 
 
-def test_all_of_the_box_is_watched_and_people_come_from_its_sides() -> None:
+def test_all_of_the_box_is_watched() -> None:
     assert grid_of(BOX, EMPTY.watched).all()
-    x = np.abs(middles(BOX))
-    np.testing.assert_array_equal(grid_of(BOX, EMPTY.outside), (x[..., 0] > 0.9) | (x[..., 1] > 0.9))
 
 
-def test_unwatched_space_is_outside_only_if_it_reaches_a_side() -> None:
-    """A hole in the settled picture at the side, and one in the middle of the box."""
-    settled = np.stack([hole(0.3, 1.4, -0.5, 0.5, hole(-0.5, 0.0, -0.4, 0.1)), np.full((48, 48), 0.0)])
+def test_what_no_camera_has_a_settled_picture_of_is_not_watched() -> None:
+    """A hole in the settled picture of the one, nothing known to the other."""
+    settled = np.stack([hole(-0.5, 0.0, -0.4, 0.1), np.full((48, 48), 0.0)])
     known = survey_empty(BOX, EXACT, jnp.asarray(settled), all_sights(BOX, CAMERAS))
-    unwatched, outside = ~grid_of(BOX, known.watched), grid_of(BOX, known.outside)
-    x = middles(BOX)
-    side = (np.abs(x[..., 0]) > 0.9) | (np.abs(x[..., 1]) > 0.9)
-    assert (unwatched & (x[..., 0] < 0.0)).sum() > 50
-    assert (x[..., 0] < 0.0)[outside & ~side].sum() == 0, "the middle hole is no way in"
-    np.testing.assert_array_equal(outside & ~side, unwatched & ~side & (x[..., 0] > 0.15))
+    unwatched = middles(BOX)[~grid_of(BOX, known.watched)]
+    assert len(unwatched) > 50 and (unwatched[:, 0] < 0.15).all()
 
 
 def test_watching_takes_twice_the_margin_of_noise() -> None:
@@ -349,28 +343,17 @@ LEFT = hole(-1.7, -0.05, -1.7, 1.7)
 """Images of one half of the cell."""
 
 
-def test_people_come_in_from_outside_only_while_a_camera_is_missing_and_only_where_the_others_do_not_look() -> None:
+def test_a_missing_camera_is_known_and_makes_nobody() -> None:
     """Each camera watches one half; that of the right one fails, and comes back."""
     track = start()
     for t in (0.1, 0.2):
         track = look(look(track, 0, t, RIGHT, period=PERIOD), 1, t, LEFT, period=PERIOD)
         assert not lost_of(track).any() and not bool(track.missing)
-    t, sides = 0.2, grid_of(BOX, EMPTY.outside)
-    known, way = np.zeros_like(sides), float(EXACT.speed) * 0.2 / BOX.edge
-    for _ in range(9):
-        t += 0.07
+    for t in 0.2 + 0.07 * np.arange(1, 10):
         track = look(track, 0, t, RIGHT, period=PERIOD)
-        missing = t - 0.2 >= 1.6 * PERIOD
-        steps = int(np.floor(float(EXACT.speed) * t / BOX.edge)) - int(np.floor(way))
-        way = float(EXACT.speed) * t / BOX.edge
-        assert bool(track.missing) == missing
-        free = grid_of(BOX, track.free[0])
-        known = grown(known | sides, ~free, steps) if missing else known
-        np.testing.assert_array_equal(lost_of(track), known)
-    assert known.sum() > sides.sum() and bool(track.unsure)
-    assert (middles(BOX)[known][:, 0] > 0.0).mean() > 0.9
+        assert bool(track.missing) == (t - 0.2 >= 1.6 * PERIOD) and not lost_of(track).any()
     track = look(track, 1, t + 0.01, LEFT, period=PERIOD)
-    assert not bool(track.missing) and not lost_of(track).any() and not bool(track.unsure)
+    assert not bool(track.missing) and not bool(track.unsure)
 
 
 def test_somebody_whom_only_a_failed_camera_saw_stays() -> None:
