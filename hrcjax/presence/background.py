@@ -18,8 +18,6 @@ class Background(eqx.Module):
 
     total: Float[Array, "*camera height width"]
     """Sum of the measured depths [m]."""
-    least: Float[Array, "*camera height width"]
-    """Least measured depth [m]."""
     count: Float[Array, "*camera height width"]
     """Number of measurements [1]."""
     shown: Float[Array, "*camera height width"]
@@ -29,7 +27,7 @@ class Background(eqx.Module):
 def initial_background(cameras: int, height: int, width: int, dtype: jnp.dtype | type) -> Background:
     """No image yet."""
     zero = jnp.zeros((cameras, height, width), dtype)
-    return Background(zero, zero + jnp.inf, zero, zero)
+    return Background(zero, zero, zero)
 
 
 def shows_robot(
@@ -57,7 +55,6 @@ def learn_background(
     measured = clear & (depth > 0)
     return Background(
         known.total + jnp.where(measured, depth, 0.0),
-        jnp.where(measured, jnp.minimum(known.least, depth), known.least),
         known.count + measured.astype(depth.dtype),
         known.shown + clear.astype(depth.dtype),
     )

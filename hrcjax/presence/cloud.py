@@ -9,12 +9,14 @@ from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR
 from hrcjax.presence.params import PresenceParams
 from hrcjax.presence.track import Empty, Track, live_cameras, union
-from hrcjax.presence.voxels import Columns, VoxelLayout, beside, centres, pack_columns, unpack_columns, within
+from hrcjax.presence.voxels import Columns, VoxelLayout, beside, centres, pack_columns, unpack_columns, voxel_of, within
 from hrcjax.sense.points import remove_body
 from hrcjax.typing import Array, Bool, Float
 
 COARSE_FROM = 1.1
 """Distance from the robot's base beyond which 2 x 2 x 2 voxels share a point, farther than the arm reaches [m]."""
+ALONG = 9
+"""Points along the axis of each capsule of the robot at which hidden space is looked for."""
 NEAR_CANDIDATES, FAR_CANDIDATES = 1536, 1024
 """Fine and coarse points, among which the nearest to the base are chosen."""
 
@@ -64,6 +66,12 @@ def presence_cloud(
     kept = jnp.where(mask[:, None], points[best], 0.0)
     # whoever has no point is somewhere in the voxels that have none
     beyond = jnp.min(jnp.where(there.at[best].set(False), space, FAR), initial=FAR)
+    # within hidden space the nearest of its surface would be the way out
+    share = jnp.linspace(0.0, 1.0, ALONG).astype(dtype)[:, None, None]
+    axes = robot.a + share * (robot.b - robot.a)
+    inside = unpack_columns(layout, track.lost).at[voxel_of(layout, axes)].get(mode="fill", fill_value=False)
+    inside = jnp.any(inside & (robot.radius >= 0))
+    over = over | (inside & track.unsure)
     return Presence(Cloud(kept, mask), jnp.where(over, 0.0, beyond).astype(dtype), track.unsure)
 
 

@@ -70,6 +70,21 @@ def seen_before(layout: VoxelLayout, sight: Sight, depth: Float[Array, "height w
     return pack_columns(layout, (sight.pixel >= 0) & (depth.reshape(-1)[jnp.maximum(sight.pixel, 0)] > sight.depth))
 
 
+def not_measured(
+    layout: VoxelLayout, sight: Sight, depth: Float[Array, "height width"], settled: Float[Array, "height width"]
+) -> Columns:
+    """The voxels on rays that measure nothing, nor do those about them, though they did in the empty cell.
+
+    Args:
+        depth: 0: no measurement [m].
+        settled: depth of the empty cell; 0: not known [m].
+    """
+    # lone holes are a camera's usual ones
+    blank = jnp.where((depth <= 0) & (settled > 0), 1.0, 0.0).astype(depth.dtype)
+    blank = (least_around(blank) > 0).reshape(-1)
+    return pack_columns(layout, (sight.pixel >= 0) & blank[jnp.maximum(sight.pixel, 0)])
+
+
 def seen_behind(layout: VoxelLayout, sight: Sight, shown: Float[Array, "height width"]) -> Columns:
     """The voxels behind what an image shows, and in the ring of `RING` pixels about it, where it sees through nothing either.
 

@@ -1,8 +1,8 @@
 """Where a person may be, image by image: what is measured, what lies hidden behind it, and what was lost from sight.
 
 A person who was measured and is not measured now stays, and spreads at the assumed speed through everything that no
-camera sees, until it is seen through. Space that a camera sees to be free holds nobody. Hidden pockets that do not hang
-together with a person in view, and are too small for a trunk, hold nobody either.
+camera sees, until it is seen through. Space that a camera sees to be free holds nobody. Pockets that do not hang together
+with a person in view, are too small for a trunk, and are not hidden by a failing measurement hold nobody either.
 """
 
 import equinox as eqx
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from hrcjax.presence.detect import find_people
 from hrcjax.presence.params import PresenceParams
-from hrcjax.presence.sight import Sight, seen_before, seen_behind, seen_free
+from hrcjax.presence.sight import Sight, not_measured, seen_before, seen_behind, seen_free
 from hrcjax.presence.voxels import Columns, VoxelLayout, count_voxels, grow, within
 from hrcjax.sense import Camera
 from hrcjax.typing import Array, Bool, Float, Int, UInt, Vector3
@@ -61,6 +61,8 @@ class Track(eqx.Module):
     """Voxels behind people whom it shows."""
     screened: UInt[Array, "camera x y"]
     """Voxels behind the robot."""
+    blank: UInt[Array, "camera x y"]
+    """Voxels on rays that measured nothing, though they did in the empty cell."""
     free: UInt[Array, "camera x y"]
     """Voxels that each camera's last good image saw through."""
     lost: Columns
@@ -99,6 +101,7 @@ def initial_track(layout: VoxelLayout, cameras: int, time: Float[Array, ""]) -> 
         before=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         shadow=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         screened=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
+        blank=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         free=jnp.zeros((cameras, *layout.shape[:2]), jnp.uint32),
         lost=jnp.zeros(layout.shape[:2], jnp.uint32),
         growth=jnp.zeros((), dtype),
@@ -142,12 +145,14 @@ def update_track(
         robot: depth at which the robot is expected; infinity where it is not [m].
         box: least and greatest corner of what counts [m].
     """
+    depth = jnp.where(jnp.isfinite(depth), depth, 0.0)  # what is not a number is not measured
     camera = jax.tree.map(lambda a: a[index], cameras)
     sight = jax.tree.map(lambda a: a[index], empty.sight)
     before = union(track.occupied)
     found = find_people(layout, params, camera, depth, empty.settled[index], robot, box, before)
     free, shadow = seen_free(layout, params, sight, depth), seen_behind(layout, sight, found.shown)
-    screened = seen_behind(layout, sight, jnp.where(jnp.isfinite(robot), robot, 0.0))
+    robot_shadow = seen_behind(layout, sight, jnp.where(jnp.isfinite(robot), robot, 0.0))
+    blank = not_measured(layout, sight, depth, empty.settled[index])
     ahead = seen_before(layout, sight, depth)
     near = grow(layout, before, BODY)
     stamp = track.stamp.at[index].set(jnp.where(good, exposed, track.stamp[index]))
@@ -159,7 +164,8 @@ def update_track(
         sure=track.sure.at[index].set(jnp.where(good, found.occupied & near, track.sure[index])),
         before=track.before.at[index].set(jnp.where(good, ahead, track.before[index])),
         shadow=track.shadow.at[index].set(jnp.where(good, shadow, track.shadow[index])),
-        screened=track.screened.at[index].set(jnp.where(good, screened, track.screened[index])),
+        screened=track.screened.at[index].set(jnp.where(good, robot_shadow, track.screened[index])),
+        blank=track.blank.at[index].set(jnp.where(good, blank, track.blank[index])),
         free=track.free.at[index].set(jnp.where(good, free, track.free[index])),
         lost=track.lost,
         growth=track.growth,
@@ -180,13 +186,17 @@ def update_track(
     lost = jax.lax.fori_loop(
         0, steps.astype(jnp.int32), lambda _, known: grow(layout, known) & open_to & hidden, lost & hidden
     )
-    # hidden pockets that hang together with nobody, but through the space behind people in view, and have no room for a body:
-    # the robot hides no trunk
+    # pockets that hang together with nobody, but through the space behind people in view, have no room for a body, and are
+    # not hidden by a failing measurement
     shadow = union(after.shadow, live)
     pockets = lost & ~shadow
-    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), pockets & ~union(after.screened, live))
+    screened = union(after.screened, live)
+    body = jax.lax.fori_loop(0, CORE, lambda _, known: within(layout, known), pockets & ~screened)
     near = grow(layout, reach)
-    pockets = jax.lax.fori_loop(0, REACHED, lambda _, known: pockets & grow(layout, known), pockets & (near | body))
+    failed = union(after.blank, live) & ~screened
+    pockets = jax.lax.fori_loop(
+        0, REACHED, lambda _, known: pockets & grow(layout, known), pockets & (near | body | failed)
+    )
     behind = lost & shadow
     behind = jax.lax.fori_loop(0, REACHED, lambda _, known: behind & grow(layout, known), behind & (near | pockets))
     lost = pockets | behind

@@ -78,6 +78,8 @@ def see(params: FieldParams, frames: Frames) -> Seen:
         params: with plain numbers as leaves.
         frames: the camera's frames, with increasing stamps.
     """
+    if frames.hidden is not None:
+        raise ValueError("frames with space where somebody may be unseen; accepted: frames without")
     number = {name: cast(float, value) for name, value in vars(plain(params)).items()}
 
     def field(points: NDArray, mask: NDArray) -> Field:
@@ -140,7 +142,9 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         now = latest(seen, time - cell.latency)
         guarded = seen.guarded[frame] or seen.guarded[now]
         old = age + cell.latency
-        since = np.clip(old - params.safety.ssm.reaction_time, 0.0, params.safety.max_age)  # what S_p does not count on
+        since = np.clip(
+            old + dt - params.safety.ssm.reaction_time, 0.0, params.safety.max_age
+        )  # what S_p does not count on
         nearer = separation - params.safety.ssm.v_h_near * since
         zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
         speed_limit = float(decision.point_limit.min())

@@ -137,7 +137,7 @@ def separation_monitor(
 ) -> tuple[ZoneState, SafetyDecision]:
     """Zones, speed and separation; in red also the contact speed of the most sensitive body region (ISO/TS 15066)."""
     # S_p counts on data as old as the reaction time; what a person may move until older ones are used is taken off
-    older = jnp.clip(separation.age - params.ssm.reaction_time, 0.0, params.max_age)
+    older = jnp.clip(separation.age + separation.dt - params.ssm.reaction_time, 0.0, params.max_age)
     d = separation.distance - params.ssm.v_h_near * older
     slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl))).astype(d.dtype)
     return monitor(

@@ -40,9 +40,9 @@ class Frames(eqx.Module):
     reasons: Int[Array, "*frame camera"]
     """What is wrong with each camera's latest image then: bits of `hrcjax.sense.HEALTH_REASONS`; 0: nothing."""
     guarded: Bool[Array, "*frame"]
-    """True where a camera is missing, or somebody may be hidden who was measured before: no full speed."""
+    """True where an image was refused, a camera is missing, or somebody may be hidden who was measured before: reduced speed."""
     static_overflow: Bool[Array, ""]
-    """True where the map of the set-up exceeded a capacity."""
+    """True where the map of the set-up exceeded a capacity, or a camera has no settled picture of the cell."""
     map: FieldMap | None = None
     """The map of the set-up, for fields that read it themselves. None: the frames have no map."""
     unseen: Bool[Array, "voxel"] | None = None
@@ -74,7 +74,8 @@ def frame_of(
 ) -> tuple:
     """Cloud, `Frames.beyond`, reasons and `Frames.guarded` after an image."""
     seen = people_seen(voxels, params.presence, survey, stage.rig, state, robot, capacity)
-    return seen.cloud, seen.beyond, state.reasons, seen.lost | state.track.missing
+    guarded = seen.lost | state.track.missing | jnp.any(state.reasons != 0)
+    return seen.cloud, seen.beyond, state.reasons, guarded
 
 
 def sense_sequence(

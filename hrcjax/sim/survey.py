@@ -45,6 +45,8 @@ ROUND = 1.0
 """Time between two rounds of images, in which the arm moves on [s]."""
 MOST_ROUNDS = 40
 """Rounds after which the set-up ends in any case."""
+LEAST_KNOWN = 0.25
+"""Share of a camera's picture that must have settled for it to watch anything [1]."""
 STILL = 3
 """Rounds in a row without a change that end the set-up."""
 TILE_COLUMNS = 80
@@ -68,7 +70,7 @@ class SenseParams(eqx.Module):
     """Parameters of fusing an image of the set-up into the map."""
     presence: PresenceParams = PresenceParams()
     """How people are told from the scene, and followed where no camera sees them."""
-    health: HealthParams = HealthParams()
+    health: HealthParams = HealthParams(delay_change=0.02)
     """When an image is refused."""
     delay: float = 0.05
     """Usual time from the exposure of an image to its use; `Cell.latency` takes its place [s]."""
@@ -105,7 +107,7 @@ class Survey(eqx.Module):
     settled: Bool[Array, ""]
     """False if it still changed when the set-up ended."""
     overflow: Bool[Array, ""]
-    """True if a capacity of the map was exceeded."""
+    """True if a capacity of the map was exceeded, or a camera has no settled picture of the cell: the arm holds."""
 
 
 def crop_box(params: SenseParams, dtype: jnp.dtype) -> tuple[Vector3, Vector3]:
@@ -163,10 +165,11 @@ def survey(
         )
         streams = jax.tree.map(lambda a, b: a.at[c].set(b), streams, stream)
         own = jax.tree.map(lambda a: a[c], background)
-        own = learn_background(params.presence, own, depth, robot)
-        background = jax.tree.map(lambda a, b: a.at[c].set(b), background, own)
         one_health = jax.tree.map(lambda a: a[c], health)
-        one_health, _ = judge_image(params.health, one_health, depth, stamp, stamp + params.delay, True)
+        one_health, bad = judge_image(params.health, one_health, depth, stamp, stamp + params.delay, True)
+        learnt = learn_background(params.presence, own, depth, robot)
+        own = jax.tree.map(lambda new, old: jnp.where(bad == 0, new, old), learnt, own)
+        background = jax.tree.map(lambda a, b: a.at[c].set(b), background, own)
         health = jax.tree.map(lambda a, b: a.at[c].set(b), health, one_health)
         # the robot is not free space behind: only what lies before it
         free = unpack_columns(voxels, seen_free(voxels, params.presence, sight_of(voxels, camera), depth))
@@ -205,6 +208,7 @@ def survey(
 
     settled = settled_depth(Background(*(a[:count] for a in jax.tree.leaves(background))))
     empty = survey_empty(voxels, params.presence, settled, sights)
+    blind = jnp.any(jnp.mean(settled > 0, axis=(1, 2), dtype=dtype) < LEAST_KNOWN)
     rows = state.levels[0].rows
     at = voxel_of(voxels, jnp.moveaxis(rows[:, :3], 1, 2).reshape(-1, 3))
     at = jnp.where(rows[:, 3].reshape(-1) > 0, at, voxels.count)
@@ -213,4 +217,4 @@ def survey(
     # stamps of the set-up are of another clock than those of the task
     never = jnp.full((count,), -jnp.inf, dtype)
     health = eqx.tree_at(lambda h: (h.stamp, h.arrived), health, (never, never))
-    return Survey(state, empty, health, ~known & inside_box(voxels, box), rounds, still >= STILL, short)
+    return Survey(state, empty, health, ~known & inside_box(voxels, box), rounds, still >= STILL, short | blind)
