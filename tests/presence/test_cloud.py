@@ -66,7 +66,7 @@ def cloud_of(
         (jnp.asarray(sums), packed(layout, lost), jnp.asarray(stamp), jnp.asarray(unsure)),
     )
     every, no = all_voxels(layout), jnp.zeros((2, layout.count))
-    empty = Empty(jnp.zeros((2, 1, 1)), Sight(no.astype(jnp.int32), no), every, jnp.zeros_like(every))
+    empty = Empty(jnp.zeros((2, 1, 1)), Sight(no.astype(jnp.int32), no), every)
     program = jax.jit(lambda track, arm: presence_cloud(layout, EXACT, empty, track, PERIOD, arm, capacity))
     return program(track, robot() if arm is None else arm)
 

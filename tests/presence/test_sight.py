@@ -114,14 +114,14 @@ def test_before_is_without_a_margin_and_of_the_one_pixel() -> None:
     assert not got[np.asarray(sight.pixel).reshape(BOX.shape) == 4 * 16 + 9].any()
 
 
-def test_behind_somebody_and_in_a_ring_of_two_pixels_is_shadow() -> None:
+def test_behind_somebody_and_in_a_ring_of_four_pixels_is_shadow() -> None:
     sight = sight_of(BOX, EYE)
     shown = image(0.0)
     shown[5, 6] = 1.6
     shown[5, 7] = 1.8
     v, u = np.divmod(np.asarray(sight.pixel).reshape(BOX.shape), 16)
     depth = 2.05 - middles(BOX)[..., 2]
-    near, far = (np.where((abs(v - 5) <= 2) & (abs(u - at) <= 2), z, np.inf) for at, z in ((6, 1.6), (7, 1.8)))
+    near, far = (np.where((abs(v - 5) <= 4) & (abs(u - at) <= 4), z, np.inf) for at, z in ((6, 1.6), (7, 1.8)))
     np.testing.assert_array_equal(
         grid_of(BOX, seen_behind(BOX, sight, jnp.asarray(shown))), np.minimum(near, far) < depth
     )

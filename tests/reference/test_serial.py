@@ -90,12 +90,12 @@ def quick(speed):
 
 
 def visit(at):
-    """The person comes to the tool and leaves; one frame is invalid, so that data age; before, somebody has no point in the cloud."""
+    """The person comes to the tool and leaves; three frames are invalid, so that data age; before, somebody has no point in the cloud."""
     gap = np.interp(
         np.arange(FRAMES) / 30, [0.0, 0.25, 0.35, 0.45, 0.55, 0.6, 0.8], [1.5, 1.1, 0.75, 0.7, 0.0, 0.0, 1.9]
     )
     frames = frames_of(at, gap)
-    valid, beyond = frames.valid.at[17].set(False), frames.beyond.at[5:9].set(1.35)
+    valid, beyond = frames.valid.at[17:20].set(False), frames.beyond.at[5:9].set(1.35)
     reasons = frames.reasons.at[17:, 1].set(64).at[25, 0].set(3)
     return (
         quick(0.6),

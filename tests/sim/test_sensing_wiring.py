@@ -47,7 +47,7 @@ def surveyed(overflow: jax.Array) -> Survey:
     first = jax.tree.map(lambda a: a[0], RIG.cameras)
     image, columns = jnp.zeros((2, first.height, first.width), jnp.float32), jnp.zeros((8, 8), jnp.uint32)
     state = jax.tree.map(lambda a: jnp.stack([a, a]), initial_health(first.height, first.width))
-    empty = Empty(image, all_sights(VOXELS, RIG.cameras), columns, columns)
+    empty = Empty(image, all_sights(VOXELS, RIG.cameras), columns)
     unseen = jnp.arange(VOXELS.count) % 3 == 0
     return Survey(empty_map(LAYOUT, jnp.float32), empty, state, unseen, jnp.asarray(1), jnp.asarray(True), overflow)
 
@@ -118,7 +118,7 @@ def test_every_image_is_of_its_own_camera_stamp_robot_and_people(watched) -> Non
         np.testing.assert_allclose(robot[k], alone, rtol=1e-5)
         exact = np.asarray(render_depth(camera, SCENE, person_at(WORKER, STAMPS[k]), arm))
         measured = depth[k] > 0
-        assert measured.mean() > 0.8
+        assert measured.mean() > 0.7
         assert np.mean(np.abs(depth[k] - exact)[measured] < 0.06) > 0.93
         assert np.median(np.abs(depth[k] - exact)[measured]) < 0.01
     np.testing.assert_allclose(judged[:, 0], STAMPS)
