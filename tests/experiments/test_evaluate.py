@@ -1,5 +1,7 @@
 """The parts of the evaluation: exact worlds, other methods, what counts as seen, the page."""
 
+from itertools import pairwise
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -8,8 +10,9 @@ import pytest
 from experiments.map.evaluate import page, peers, rows
 from experiments.map.evaluate.accuracy import cosines
 from experiments.map.evaluate.families import FAMILIES, VIEWS
+from experiments.map.evaluate.moved import mistaken
 from experiments.map.evaluate.normals import BODIES, shape_at
-from experiments.map.evaluate.queries import held_out, times_seen, truth
+from experiments.map.evaluate.queries import FAR_BANDS, far_out, held_out, times_seen, truth
 from experiments.map.evaluate.solids import render_world, world_distance
 from experiments.map.evaluate.survey import LAYOUT, Frame, RandomThinning, pixels
 from hrcjax.sense import d435i
@@ -104,3 +107,22 @@ def test_bars_and_page():
     assert "| a | 1 | mm | < 3 | yes |" in text and "| b | nan | mm; not there | < 3 | - |" in text
     assert "FIESTA" in text and text.endswith("end")
     assert rows.real_rows(None)["real_median"]["bar"] == "< 25"
+
+
+def test_places_far_away_are_in_their_bands_and_their_surface_is_mapped_and_was_seen(case, frame):
+    bands = far_out(case, [frame, frame, frame], 0)
+    low = np.asarray(LAYOUT.lower)
+    high = low + LAYOUT.edge_of(0) * np.asarray(LAYOUT.shape)
+    for (least, most), asked in zip(pairwise(FAR_BANDS), bands, strict=True):
+        foot = asked.x - asked.distance[:, None] * asked.gradient
+        assert len(asked.x) > 20 and np.all((asked.distance >= least) & (asked.distance < most))
+        assert np.all((foot > low) & (foot < high)) and np.all(times_seen([frame], foot, asked.gradient) == 1)
+    assert np.any(bands[-1].x > high)
+
+
+def test_an_error_of_a_pose_has_the_size_that_is_told(frame):
+    told = mistaken(frame, np.random.default_rng(0))
+    np.testing.assert_allclose(np.linalg.norm(told.camera.position - frame.camera.position), 0.005, rtol=1e-3)
+    turn = np.asarray(told.camera.rotation) @ np.asarray(frame.camera.rotation).T
+    np.testing.assert_allclose(np.rad2deg(np.arccos((np.trace(turn) - 1) / 2)), 0.3, rtol=0.05)
+    assert told.measured is frame.measured

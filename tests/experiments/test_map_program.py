@@ -101,7 +101,7 @@ def test_a_box_on_a_table(record, run, tmp_path) -> None:
 
 
 def test_points_file_opens_again_and_has_colours(record, run, tmp_path) -> None:
-    run("--input", record("bbbt"))
+    run("--input", record("bbbt"), "--param", "patience=2")
     _, _, state = open_map(tmp_path / "out" / "map.npz")
     points, labels = labelled_points(state)
     (frame,) = list(open_input(tmp_path / "out" / "cloud.ply"))
@@ -114,7 +114,7 @@ def test_points_file_opens_again_and_has_colours(record, run, tmp_path) -> None:
 
 
 def test_what_went_is_dynamic_and_then_gone_and_the_table_stays(record, run, tmp_path) -> None:
-    run("--input", record("bbbt"))
+    run("--input", record("bbbt"), "--param", "patience=2")
     points, labels = labelled_points(open_map(tmp_path / "out" / "map.npz")[2])
     assert (labels == DYNAMIC).sum() > 10 and box_of(points)[labels == DYNAMIC].mean() > 0.9
     table = (np.abs(points[:, 2]) < 0.02) & ~box_of(points)
@@ -126,7 +126,7 @@ def test_what_went_is_dynamic_and_then_gone_and_the_table_stays(record, run, tmp
 
 
 def test_statistics_on_stdout_are_those_in_the_folder(record, run, tmp_path) -> None:
-    status, out, err = run("--input", record("bbnt"), "--json")
+    status, out, err = run("--input", record("bbnt"), "--json", "--param", "patience=2")
     found = json.loads(out)
     assert status == 0 and found == json.loads((tmp_path / "out" / "statistics.json").read_text())
     assert "3 of 4 frames used" in err
