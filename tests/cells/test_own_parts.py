@@ -253,7 +253,7 @@ def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell:
             reading, exact = read(jnp.asarray(x)), float(np.min(Task(scene, world.q_start).distances(jnp.asarray(x))))
             assert abs(float(reading.distance) - exact) < 0.035  # seen in small images
             across = np.asarray(reading.gradient)[:2]
-            assert across @ towards / np.linalg.norm(across) > 0.9 or gap > 0.05 or exact < gap - 1e-3
+            assert across @ towards / np.linalg.norm(across) > 0.85 or gap > 0.05 or exact < gap - 1e-3
         assert float(reading.person_distance) > 5.0
 
 

@@ -119,8 +119,9 @@ def test_every_image_is_of_its_own_camera_stamp_robot_and_people(watched) -> Non
         exact = np.asarray(render_depth(camera, SCENE, person_at(WORKER, STAMPS[k]), arm))
         measured = depth[k] > 0
         assert measured.mean() > 0.7
-        assert np.mean(np.abs(depth[k] - exact)[measured] < 0.06) > 0.93
-        assert np.median(np.abs(depth[k] - exact)[measured]) < 0.01
+        noise = 0.08 / (385.0 * 0.05) * exact**2  # of a D435i [m]
+        assert np.mean((np.abs(depth[k] - exact) < 0.001 + 3 * noise)[measured]) > 0.85
+        assert np.median((np.abs(depth[k] - exact) / noise)[measured]) < 1.0
     np.testing.assert_allclose(judged[:, 0], STAMPS)
     np.testing.assert_allclose(judged[:, 1] - judged[:, 0], LATENCY, atol=1e-6)
     assert not judged[:, 2].any(), "nothing is learnt with people about"
