@@ -7,7 +7,13 @@ programs = [
     for name in find_packages(include=["experiments", "experiments.*"])
 ]
 setup(
-    packages=[*find_packages(include=["hrcjax", "hrcjax.*"]), *programs, "hrcjax.configs", "hrcjax.configs.sensing", "hrcjax.configs.sweep"],
+    packages=[
+        *find_packages(include=["hrcjax", "hrcjax.*"]),
+        *programs,
+        "hrcjax.configs",
+        "hrcjax.configs.sensing",
+        "hrcjax.configs.sweep",
+    ],
     package_dir={"hrcjax.programs": "experiments", "hrcjax.configs": "configs"},
     package_data={"hrcjax": ["py.typed"], "hrcjax.configs.sensing": ["*.toml"], "hrcjax.configs.sweep": ["*.toml"]},
 )
