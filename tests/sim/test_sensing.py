@@ -180,7 +180,7 @@ def test_moving_points_lie_on_the_person(frames: Frames, person: Person) -> None
         points = points_of(frames, k)
         assert len(points) > 150
         distance = to_person(person, float(STAMPS[k]), points)
-        assert distance.max() < 0.12 and distance.min() > -0.15
+        assert distance.max() < 0.15 and distance.min() > -0.15
         assert np.mean(np.abs(distance) < 0.05) > 0.6
     hand = np.asarray(person_at(person, float(STAMPS[23])).b[9])
     assert np.min(np.linalg.norm(points_of(frames, 23) - hand, axis=1)) < 0.1
@@ -253,20 +253,20 @@ def test_what_a_camera_suffers_is_told_of_it_and_in_its_time(
     np.testing.assert_array_equal(reasons[:, camera] > 0, last)
     missing = STAMPS - good >= float(PARAMS.presence.late) * PERIOD
     assert 4 <= missing.sum() < len(STAMPS)
-    # whoever may have come in meanwhile stays where nobody has looked since
+    # slowed from the first refused image on
     guarded = np.asarray(frames.guarded)
-    assert guarded[missing].all() and not guarded[: np.argmax(missing)].any()
+    assert guarded[missing | last].all() and not guarded[: np.argmax(bad)].any()
 
 
 def test_after_a_fault_an_empty_cell_is_empty_again(place: Place) -> None:
-    """While a camera is missing somebody may be where the other does not look; then it sees that nobody is."""
+    """While a camera is missing the arm is slowed, and nobody is made up."""
     nobody = motion_named("nobody", place.scene, 0, 8.0, 30.0)
     frames = sense(place, nobody, one_fault(faulty.DROPPED, 0, *FAULT, 2))
     dropped = (CAMERAS == 0) & (FAULT[0] <= STAMPS) & (FAULT[1] > STAMPS)
     first, last = np.flatnonzero(dropped)[[0, -1]]
     guarded, some = np.asarray(frames.guarded), np.asarray(frames.moving.mask).any(axis=1)
-    assert not guarded[: first + 1].any() and guarded[first + 3 : last + 2].all() and not guarded[last + 2 :].any()
-    assert not some[: first + 1].any() and some[last + 1] and not some[last + 2 :].any()
+    assert not guarded[:first].any() and guarded[first : last + 2].all() and not guarded[last + 2 :].any()
+    assert not some.any()
 
 
 @pytest.mark.parametrize("kind", [faulty.FROZEN, faulty.BLOCKED, faulty.PERSON_LOST])
