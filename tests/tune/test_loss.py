@@ -12,10 +12,11 @@ from hrcjax.sim import Cell, Params
 from hrcjax.tune import episode_loss
 
 FELT = {  # differences that are well above rounding in both scenes
-    "plan.path.omega1", "plan.path.omega2", "policy.target.kp", "policy.target.kd", "policy.target.metric_max",
+    "policy.target.kp", "policy.target.kd", "policy.target.metric_max",
     "policy.joint_limit.metric", "policy.damping.weight", "motion.clock.jerk", "motion.speed", "motion.lag",
 }  # fmt: skip
-FELT_BESIDE_OBSTACLES = {"plan.potential.zeta", "policy.collision.r_act"}  # what stands does not depend on the kernel
+FELT_BESIDE_OBSTACLES = {"plan.path.omega1", "plan.path.omega2", "plan.potential.zeta", "policy.collision.r_act"}
+"""Without obstacles the best path is straight, whatever the weights; what stands does not depend on the kernel."""
 
 
 @pytest.fixture(scope="session")
