@@ -86,7 +86,7 @@ def small_world(cell: Cell) -> World:
     """Nobody is there, and nothing is taken for somebody."""
     scene = scene_named("robotica", 0)
     person = motion_named("nobody", scene, 0, 2.0, 30.0)
-    world = make_world(cell, scene, person, cell_rig(scene, decimation=8), jax.random.key(0), SHORT)
+    world = make_world(cell, scene, person, cell_rig(scene, decimation=4), jax.random.key(0), SHORT)
     return eqx.tree_at(lambda w: w.frames.moving.mask, world, jnp.zeros_like(world.frames.moving.mask))
 
 
@@ -251,9 +251,9 @@ def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell:
         for gap in (0.05, 0.1):
             x = np.array([*(centre[:2] + (size[0] + gap) * towards), min(0.12, 1.6 * centre[2])], np.float32)
             reading, exact = read(jnp.asarray(x)), float(np.min(Task(scene, world.q_start).distances(jnp.asarray(x))))
-            assert abs(float(reading.distance) - exact) < 0.035  # seen in small images
+            assert abs(float(reading.distance) - exact) < 0.03
             across = np.asarray(reading.gradient)[:2]
-            assert across @ towards / np.linalg.norm(across) > 0.85 or gap > 0.05 or exact < gap - 1e-3
+            assert across @ towards / np.linalg.norm(across) > 0.9 or gap > 0.05 or exact < gap - 1e-3
         assert float(reading.person_distance) > 5.0
 
 
