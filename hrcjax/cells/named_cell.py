@@ -15,19 +15,19 @@ from hrcjax.sweeps.sweepable import Metric
 from hrcjax.typing import Array
 
 ALIASES = {
-    "K_att": "plan.potential.k_att",
-    "K_rep": "plan.potential.k_rep",
-    "zeta": "plan.potential.zeta",
-    "omega1": "plan.path.omega1",
-    "omega2": "plan.path.omega2",
+    "K_att": "potential.k_att",
+    "K_rep": "potential.k_rep",
+    "zeta": "potential.zeta",
+    "omega1": "plan.omega1",
+    "omega2": "plan.omega2",
     "length_scale": "field.length_scale",
 }
 DOMAINS = {
-    "plan.potential.k_att": (1e-4, 1.0),
-    "plan.potential.k_rep": (0.0, 1.0),
-    "plan.potential.zeta": (1.0, 10.0),
-    "plan.path.omega1": (1e-6, 1e3),
-    "plan.path.omega2": (0.0, 1e3),
+    "potential.k_att": (1e-4, 1.0),
+    "potential.k_rep": (0.0, 1.0),
+    "potential.zeta": (1.0, 10.0),
+    "plan.omega1": (1e-6, 1e3),
+    "plan.omega2": (0.0, 1e3),
     "field.length_scale": (0.01, 0.2),
     "field.noise": (0.0, 1.0),
     "motion.speed": (0.01, 1.5),

@@ -1,8 +1,9 @@
 """The planner: the improved artificial potential field, and paths optimised for length and bending energy."""
 
 from hrcjax.plan.baseline import GradientDescentParams, gradient_descent_path
-from hrcjax.plan.curve import PathCurve, path_curve
+from hrcjax.plan.curve import PathCurve, equally_spaced, path_curve
 from hrcjax.plan.descent import PotentialPath, StepFn, damped_step, potential_path, time_to_goal, unit_step
+from hrcjax.plan.motion_law import law_speed
 from hrcjax.plan.optimise import optimise_path
 from hrcjax.plan.params import PathParams, PlanParams, PlanSizes, PotentialParams
 from hrcjax.plan.path_result import PathResult, judge, required_distance
@@ -12,7 +13,7 @@ from hrcjax.plan.potential import DistancesFn, force, potential
 
 __all__ = [
     "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanParams", "PlanSizes",
-    "PotentialParams", "PotentialPath", "StepFn", "damped_step", "force", "gradient_descent_path",
-    "judge", "optimise_path", "path_curve", "path_scores", "plan", "potential", "potential_path",
+    "PotentialParams", "PotentialPath", "StepFn", "damped_step", "equally_spaced", "force", "gradient_descent_path",
+    "judge", "law_speed", "optimise_path", "path_curve", "path_scores", "plan", "potential", "potential_path",
     "required_distance", "time_to_goal", "unit_step",
 ]  # fmt: skip

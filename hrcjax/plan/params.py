@@ -27,6 +27,10 @@ class PotentialParams(eqx.Module):
     """Longest step [m]."""
     arrival: float = 0.01
     """Distance to the goal that counts as arrived [m]."""
+    sensed_radius: float = 0.03
+    """Radius that zeta multiplies where an obstacle is only sensed: the paper's obstacles' [m]."""
+    person_radius: float = 0.1
+    """The same for people: a forearm with its hand; our choice [m]."""
 
 
 class PathParams(eqx.Module):
@@ -52,7 +56,7 @@ class PathParams(eqx.Module):
 
 
 class PlanParams(eqx.Module):
-    """All numbers of the planner."""
+    """All numbers of the planner of a point."""
 
     potential: PotentialParams = eqx.field(default_factory=PotentialParams)
     """Potential field."""

@@ -31,6 +31,8 @@ class PathResult(eqx.Module):
     """Whether the distances required by zeta are kept."""
     inside: Bool[Array, ""]
     """Whether the curve stays within the bounds."""
+    joints: Float[Array, "waypoint joint"] | None = None
+    """Joint positions at the waypoints, if the whole arm was planned for [rad]."""
 
     @property
     def status(self) -> Int[Array, "*batch"]:

@@ -8,7 +8,7 @@ from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
-from hrcjax.safety.zones import GREEN, STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
+from hrcjax.safety.zones import GREEN, RED, STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 OLD_DATA = 1
@@ -44,6 +44,8 @@ class SafetyDecision(eqx.Module):
     """Stand still in every direction: the data can't be trusted."""
     reasons: Int[Array, ""]
     """Bits of why the robot is stopped; 0 exactly where the zone is not STOP. In words: `describe`."""
+    any_limit: Float[Array, ""] | None = None
+    """Largest speed of the reference in any direction; None: `speed_limit` [m/s]."""
 
 
 def monitor(
@@ -64,7 +66,8 @@ def monitor(
 
     The zone follows the nearest point; every point gets the limit of its own distance. The limits hold for motion
     towards the person: in a stop for closeness the robot may still retreat. Old, invalid or missing data, also from
-    the future, hold the robot still in every direction.
+    the future, hold the robot still in every direction. Motion that approaches nobody is bounded by the nominal speed, and in
+    red and stop, or guarded, by the red speed.
 
     Args:
         d: distance of every control point's surface to the person; no person: a large finite number [m].
@@ -108,6 +111,8 @@ def monitor(
     reasons = pack(
         {OLD_DATA: old, MISSING_DATA: ~finite, INVALID_FRAME: invalid, TOO_CLOSE: close, HEAD_NEAR: head},
     )
+    slow = (state.zone == RED) | (state.zone == STOP) | jnp.asarray(guarded)
+    any_limit = jnp.where(hold, 0.0, jnp.where(slow, params.zone.red_speed, params.zone.nominal_speed))
     waiting = (state.zone == STOP) & (reasons == 0)
     return state, SafetyDecision(
         zone=state.zone,
@@ -116,6 +121,7 @@ def monitor(
         scale=scale,
         hold=hold,
         reasons=reasons | pack({WAITING: waiting}),
+        any_limit=any_limit.astype(d.dtype),
     )
 
 

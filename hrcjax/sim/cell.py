@@ -1,6 +1,7 @@
 """The cell and its world: arm, scene, person, and the camera's frames of them."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -60,6 +61,9 @@ class Cell:
     """Time from the exposure of a frame to its use [s]."""
     metric_stride: int = 10
     """Ticks between two evaluations of the exact distances for the metrics."""
+    motion: Literal["both", "path", "reactive"] = "both"
+    """How the arm moves: the path as reference of policies that may leave it ("both"), the path as planned, where only the clock
+    reacts ("path"), or policies alone, without a path ("reactive"). See `hrcjax.sim.guide`."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""
     moving_points: int = MOVING_CAPACITY

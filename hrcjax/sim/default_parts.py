@@ -9,7 +9,7 @@ from hrcjax.field.least import log_least_weight, nearest_bound
 from hrcjax.field.scene_union import scene_and_people
 from hrcjax.geom.cloud import Cloud
 from hrcjax.numerics import safe_norm, unit
-from hrcjax.plan import PathResult, PlanParams, PlanSizes, plan
+from hrcjax.plan import PathParams, PathResult, PlanParams, PlanSizes, plan
 from hrcjax.policy import JointLimits, PolicyParams, policy_acceleration
 from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.safety import (
@@ -41,17 +41,18 @@ COARSE_EDGE = 0.1
 
 
 def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
-    """The improved artificial potential field with the bending-energy optimiser (Robotica 2025, section 2.3).
+    """The improved artificial potential field with the bending-energy optimiser (Robotica 2025, section 2.3), for the tool alone.
 
     Args:
         sizes: number of steps, waypoints and iterations.
     """
     chosen = PlanSizes() if sizes is None else sizes
 
-    def potential_plan(params: PlanParams, task: Task) -> PathResult:
+    def potential_plan(params: PathParams, task: Task) -> PathResult:
         scene = task.scene
         return plan(
-            params, scene.start, scene.goal, task.distances, scene.radius, scene.lower, scene.upper, chosen
+            PlanParams(task.potential, params), scene.start, scene.goal, task.distances, scene.radius, scene.lower,
+            scene.upper, chosen,
         )  # fmt: skip
 
     return potential_plan

@@ -6,11 +6,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.plan import PathCurve, PathResult, path_curve
-from hrcjax.robot import tool_frame
+from hrcjax.plan import PathResult
 from hrcjax.sim.cell import Cell, World, newest_frame
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Fields, Task
+from hrcjax.sim.route import Route, make_route
 from hrcjax.sim.sensing import Frames
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
 from hrcjax.typing import Array, Int, Joints
@@ -29,7 +29,18 @@ class Episode(eqx.Module):
 
 def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
     """The tool path through the scene's obstacles (the task-space map, given, not sensed)."""
-    return cell.plan(params.plan, Task(world.scene, world.q_start))
+    return cell.plan(params.plan, task_of(params, cell, world))
+
+
+def task_of(params: Params, cell: Cell, world: World) -> Task:
+    """The planning problem of a world."""
+    return Task(world.scene, world.q_start, params.potential, cell.arm)
+
+
+def plan_route(params: Params, cell: Cell, task: Task) -> tuple[PathResult, Route]:
+    """The plan, and the reference motion of tool and joints along it."""
+    path = cell.plan(params.plan, task)
+    return path, make_route(cell.arm, task.q_start, path)
 
 
 def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode:
@@ -40,8 +51,8 @@ def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode
     Args:
         fields: result of `cell.field.fit(params.field, world.frames)`, an argument so that a batch can share it.
     """
-    path = plan_path(params, cell, world)
-    final, record = follow(params, cell, path_curve(path.waypoints), world.frames, world.q_start, fields)
+    path, route = plan_route(params, cell, task_of(params, cell, world))
+    final, record = follow(params, cell, route, world.frames, world.q_start, fields)
     return Episode(path, record, final)
 
 
@@ -51,17 +62,16 @@ def pack_cameras(reasons: Int[Array, "*time camera"]) -> Int[Array, "*time"]:
 
 
 def follow(
-    params: Params, cell: Cell, curve: PathCurve, frames: Frames, q_start: Joints, fields: Fields
+    params: Params, cell: Cell, route: Route, frames: Frames, q_start: Joints, fields: Fields
 ) -> tuple[TickState, Record]:
     """Follow a path for `cell.ticks` control periods: the state after the last tick, and every tick.
 
     Args:
-        curve: the tool path.
+        route: the reference motion along the path.
         frames: stamps and validity of the camera's frames.
-        q_start: joint positions at the start, and the preferred posture [rad].
+        q_start: joint positions at the start [rad].
         fields: fitted to the points of the frames.
     """
-    R_goal, _ = tool_frame(cell.arm, q_start)
     exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
 
@@ -80,6 +90,6 @@ def follow(
 
     def one(state: TickState, seen: tuple[Any, Array, Array, Array, Array]) -> tuple[TickState, Record]:
         moving, *rest = seen
-        return tick(params, cell, curve, R_goal, q_start, Sensed(Fields(fields.static, moving), *rest), state)
+        return tick(params, cell, route, Sensed(Fields(fields.static, moving), *rest), state)
 
     return jax.lax.scan(jax.checkpoint(one), initial_state(cell, q_start), seen)

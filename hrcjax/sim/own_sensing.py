@@ -11,11 +11,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.plan import path_curve
-from hrcjax.robot import arm_capsules, tool_frame
+from hrcjax.robot import arm_capsules
 from hrcjax.sense.rig import exposures
 from hrcjax.sim.cell import Cell
-from hrcjax.sim.episode import Episode, pack_cameras
+from hrcjax.sim.episode import Episode, pack_cameras, plan_route
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Fields, Task
 from hrcjax.sim.prepare import LEAD, Surveyed
@@ -74,9 +73,7 @@ def episode_own(params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, 
     """
     dtype, q_start = known.q_start.dtype, known.q_start
     early, early_cameras, times, which = tick_images(cell, known.stage.rig.rates)
-    curve_of = cell.plan(params.plan, Task(known.scene, q_start))
-    curve = path_curve(curve_of.waypoints)
-    R_goal, _ = tool_frame(cell.arm, q_start)
+    path, route = plan_route(params, cell, Task(known.scene, q_start, params.potential, cell.arm))
     capacity = cell.moving_points * cell.people
 
     def look(
@@ -134,14 +131,14 @@ def episode_own(params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, 
             lambda: look(state, kept, arm.arm.q, exposed, jnp.maximum(camera, 0), key),
             lambda: (state, kept),
         )
-        arm, record = tick(params, cell, curve, R_goal, q_start, sensed(kept, t), arm)
+        arm, record = tick(params, cell, route, sensed(kept, t), arm)
         return (state, kept, arm), record
 
     items = (
         jnp.asarray(cell.times, dtype), jnp.asarray(times, dtype), jnp.asarray(which), keys[len(early) :],
     )  # fmt: skip
     (_, _, final), record = jax.lax.scan(one, (state, kept, initial_state(cell, q_start)), items)
-    return Episode(curve_of, record, final)
+    return Episode(path, record, final)
 
 
 def fit_one(params: Params, cell: Cell, frame: Frames) -> tuple[Any, Any]:

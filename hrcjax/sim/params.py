@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 
 from hrcjax.field import FieldParams
-from hrcjax.plan import PlanParams
+from hrcjax.plan import PathParams, PotentialParams
 from hrcjax.policy import CollisionParams, PolicyParams, TargetParams
 from hrcjax.safety import ClockParams, SafetyParams, SsmParams
 
@@ -13,12 +13,22 @@ from hrcjax.safety import ClockParams, SafetyParams, SsmParams
 class MotionParams(eqx.Module):
     """Parameters of path following and joint servo."""
 
-    speed: float = 0.25
-    """Speed of the reference along the path when nobody is near: the reduced speed of ISO 10218-1 [m/s]."""
+    speed: float = 1.0
+    """Largest speed of the reference along the path; near people the zones slow it [m/s]."""
     lag: float = 0.05
-    """Distance of the tool from its reference at which the path clock runs at 1/e of its speed [m]."""
+    """Distance of the tool from its reference at which the path clock runs at 1/e of its speed, where the geometry is fixed [m]."""
+    leash: float = 0.25
+    """The same where policies may leave the path: the reference may lead the tool past somebody in the way [m]."""
+    track_kp: float = 400.0
+    """Feedback of the joints' positions, where the geometry is fixed [1/s^2]."""
+    track_kd: float = 40.0
+    """Feedback of their speeds there [1/s]."""
     servo_gain: float = 40.0
     """Velocity feedback of the joint servo [1/s]."""
+    surface_brake: float = 3.0
+    """Deceleration with which the arm can stop before a surface, where policies may leave the path [m/s^2]."""
+    surface_margin: float = 0.0
+    """Distance to surfaces at which it stands then [m]."""
     clock: ClockParams = eqx.field(default_factory=ClockParams)
     """Path clock: acceleration and braking of the reference."""
 
@@ -44,13 +54,15 @@ def sensed_safety() -> SafetyParams:
 
 
 class Params(eqx.Module):
-    """All numeric parameters by dotted name, for example `plan.potential.k_att`. Each leaf can be swept.
+    """All numeric parameters by dotted name, for example `potential.k_att`. Each leaf can be swept.
 
-    The first four are the parameters of the cell's parts (`hrcjax.sim.parts`), any pytrees of floats.
+    `plan`, `field`, `policy` and `safety` are the parameters of the cell's parts (`hrcjax.sim.parts`), any pytrees of floats.
     """
 
-    plan: Any = eqx.field(default_factory=PlanParams)
-    """Planner; by default potential field and path optimiser."""
+    potential: PotentialParams = eqx.field(default_factory=PotentialParams)
+    """Potential field, which planner, path clock and motion policy share."""
+    plan: Any = eqx.field(default_factory=PathParams)
+    """Planner; by default the path optimiser."""
     field: Any = eqx.field(default_factory=FieldParams)
     """Distance field; by default the Gaussian-process distance field."""
     policy: Any = eqx.field(default_factory=following_policy)

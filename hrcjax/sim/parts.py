@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.plan import PathResult, PlanParams, PotentialParams, judge
 from hrcjax.policy import JointLimits
+from hrcjax.robot import Arm
 from hrcjax.safety import SafetyDecision, SsmParams
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Bool, Float, Joints, Scalar, Vector3
@@ -23,12 +24,16 @@ from hrcjax.world import Scene, obstacle_distances
 
 
 class Task(eqx.Module):
-    """A planning problem: the tool path from start to goal among known obstacles."""
+    """A planning problem: the path of an arm from start to goal among known obstacles."""
 
     scene: Scene
     """Start, goal, bounds and obstacles: the task-space map."""
     q_start: Joints
     """Joint positions at the start [rad]."""
+    potential: PotentialParams
+    """The potential field: `Params.potential`."""
+    arm: Arm = eqx.field(static=True)
+    """The arm."""
 
     def distances(self, x: Vector3) -> Float[Array, "obstacle"]:
         """Signed distance from x to every obstacle [m]; an absent one is far away."""
@@ -36,7 +41,8 @@ class Task(eqx.Module):
 
 
 PlanFn = Callable[[Any, Task], PathResult]
-"""(Params.plan, task) -> the tool path. `path_through` builds the result from waypoints."""
+"""(Params.plan, task) -> the path. `path_through` builds the result from the tool's waypoints; the joints then follow the tool with
+the orientation of the start."""
 
 
 def path_through(task: Task, waypoints: Float[Array, "waypoint 3"]) -> PathResult:
@@ -114,6 +120,10 @@ class Goal(eqx.Module):
     """Accelerations [m/s^2]."""
     posture: Joints
     """Preferred joint positions, for redundancy [rad]."""
+    end: Vector3
+    """The goal of the task, where the tool arrives [m]."""
+    potential: PotentialParams
+    """The potential field: `Params.potential`."""
 
 
 class Clearance(eqx.Module):
@@ -123,10 +133,10 @@ class Clearance(eqx.Module):
     """Distance of each sphere's surface to the nearest surface; negative inside [m]."""
     gradient: Float[Array, "point 3"]
     """Gradient of that distance: away from the obstacle [1]."""
-    person_distance: Float[Array, "point"]
-    """Distance to the person, less the sphere's radius and `COVER_MARGIN` [m]."""
-    person_gradient: Float[Array, "point 3"]
-    """Gradient of that distance: away from the person [1]."""
+    person_distance: Float[Array, "point surface"]
+    """Distance to people, less the sphere's radius and `COVER_MARGIN`; the nearest first [m]."""
+    person_gradient: Float[Array, "point surface 3"]
+    """Gradients of these distances: away from the person [1]."""
 
 
 PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]
@@ -134,11 +144,11 @@ PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]
 
 
 class Separation(eqx.Module):
-    """Input of a safety monitor in one tick."""
+    """Input of a safety monitor in one tick. A row is a control point and one of the surfaces of people near it."""
 
-    distance: Float[Array, "point"]
+    distance: Float[Array, "row"]
     """Distance of every control point's surface to the person [m]."""
-    approach: Float[Array, "point"]
+    approach: Float[Array, "row"]
     """Speed of every control point towards the person [m/s]."""
     age: Float[Array, ""]
     """Age of the person data; infinite: there are none [s]."""

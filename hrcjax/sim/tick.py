@@ -9,15 +9,17 @@ import jax.numpy as jnp
 from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import safe_norm
-from hrcjax.plan import PathCurve
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
-from hrcjax.safety import ClockState, advance, governor, guard, initial_clock
-from hrcjax.sim.cell import TOOL_REACH, Cell
+from hrcjax.safety import ClockState, guard, initial_clock
+from hrcjax.sim.cell import Cell
+from hrcjax.sim.govern import Rows, govern
+from hrcjax.sim.guide import Guidance, guide
 from hrcjax.sim.params import Params
-from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Goal, Separation, all_finite
+from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Separation, all_finite
+from hrcjax.sim.route import Route
 from hrcjax.sim.servo import servo
-from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, Joints, Scalar
 
 NOT_FINITE_COMMAND = 1
 TORQUE_LIMITED = 2
@@ -99,76 +101,51 @@ def joint_limits(cell: Cell, dtype: jnp.dtype) -> JointLimits:
     return JointLimits(*(jnp.asarray(v, dtype) for v in (arm.q_min, arm.q_max, arm.qd_max, arm.qdd_max)))
 
 
-def tool_axes(x: Vector3, R: Matrix3, reach: float = TOOL_REACH) -> Float[Array, "3 3"]:
-    """The tool point and the points `reach` along its x and y axes: three goal points that fix a pose [m]."""
-    return x + reach * jnp.stack([jnp.zeros_like(x), R[:, 0], R[:, 1]])
-
-
 def initial_state(cell: Cell, q: Joints) -> TickState:
     """Standing at q, at the start of the path."""
     return TickState(ArmState(q, jnp.zeros_like(q)), initial_clock(q.dtype), cell.safety.start(q.dtype))
 
 
-def tick(
-    params: Params, cell: Cell, curve: PathCurve, R_goal: Matrix3, posture: Joints, sensed: Sensed, state: TickState
-) -> tuple[TickState, Record]:
+def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickState) -> tuple[TickState, Record]:
     """One control period of `cell.dt`.
 
-    Order: kinematics of the control points; field reading at each; safety monitor; path clock; motion policy; the guards,
-    which belong to no part: joint limits, speed governor, replacement of values that are not finite, and a hold where a
-    reading of the person or a limit of the monitor is not finite; joint servo.
+    Order: kinematics of the control points; field reading at each; safety monitor; path clock and command, by `cell.motion`: the
+    motion policy, or the path as it is; the guards, which belong to no part: joint limits, speed governor, replacement of values
+    that are not finite, and a hold where a reading of the person or a limit of the monitor is not finite; joint servo.
 
     Args:
-        curve: tool path by arc length.
-        R_goal: orientation of the tool, constant along the path.
-        posture: preferred joint positions of the posture leaf [rad].
+        route: the reference motion of tool and joints.
     """
     q, qd = state.arm.q, state.arm.qd
     dt = cell.dt
     body, tool = control_motion(cell, q, qd)
-    radii = jnp.asarray(cell.arm.control_radii, q.dtype)
-    surface = radii + COVER_MARGIN  # an upper bound of the arm's surface
-
-    seen = jax.vmap(lambda x: cell.field.read(params.field, sensed.fields, x))(body.x)
-    if seen.distance.shape != radii.shape or seen.person_gradient.shape != body.x.shape:
-        raise ValueError(
-            "the field reads no Reading of one point; accepted: distances of shape (), gradients of shape (3,)"
-        )
-    away = unit_where_long(seen.person_gradient) if cell.field.unit_gradients else seen.person_gradient
-    room = Clearance(seen.distance - radii, seen.gradient, seen.person_distance - surface, away)
-    approach = -jnp.sum(room.person_gradient * body.xd, axis=-1)
-    separation = Separation(room.person_distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
+    room = read_room(params, cell, sensed.fields, body)
+    towards_people = Rows.towards(room.person_distance, room.person_gradient, body)
+    approach = towards_people.speeds(qd)
+    separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
     memory, decision = cell.safety.decide(params.safety, state.safety, separation)
+    if decision.point_limit.shape != approach.shape:
+        raise ValueError(f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}")
     unread = ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
     hold = decision.hold | unread
 
-    s = state.clock.s
-    reference = curve.point(s)
-    lag = jnp.exp(-jnp.sum((reference - tool.x[0]) ** 2) / params.motion.lag**2)
-    limit = jnp.minimum(params.motion.speed, decision.speed_limit) * lag
-    clock = advance(params.motion.clock, state.clock, limit, curve.length - s, dt, hold)
-    velocity = curve.tangent(s) * state.clock.v
-    acceleration = curve.curvature(s) * state.clock.v**2 + curve.tangent(s) * clock.a
-
     limits = joint_limits(cell, q.dtype)
-    goal = Goal(
-        tool_axes(reference, R_goal), jnp.broadcast_to(velocity, (3, 3)), jnp.broadcast_to(acceleration, (3, 3)), posture
-    )  # fmt: skip
-    asked = cell.policy(params.policy, ArmMotion(q, qd, tool, body), goal, room, limits)
-    if asked.shape != q.shape:
-        raise ValueError(f"the policy returns shape {asked.shape}; accepted: {q.shape}, an acceleration of each joint")
+    arm = ArmMotion(q, qd, tool, body)
+    guidance: Guidance = guide(params, cell, route, state.clock, arm, room, towards_people, decision, hold, limits)
+    if guidance.asked.shape != q.shape:
+        raise ValueError(
+            f"the policy returns shape {guidance.asked.shape}; accepted: {q.shape}, an acceleration of each joint"
+        )
     brake = full_brake(qd, limits, dt)
-    safe, bad = guard(asked, brake)
+    safe, bad = guard(guidance.asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
-    ahead = qd + limited * dt
-    scale = governor(ahead, body.J, room.person_gradient, decision.point_limit)
-    governed = (scale * ahead - qd) / dt
-    governed = jnp.where(hold, brake, governed)
+    ahead = govern(params, cell, qd + limited * dt, towards_people, decision.point_limit, room, body)
+    governed = jnp.where(hold, brake, (ahead - qd) / dt)
     limited, _ = limit_acceleration(governed, q, qd, limits, dt)
     qdd, unbounded = guard(limited, brake)
     bad = bad | unbounded
 
-    arm, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
+    moved, tau, torque_limited, torque_bad = servo(params.motion.servo_gain, cell, state.arm, qdd)
     status = pack(
         {
             NOT_FINITE_COMMAND: bad,
@@ -183,8 +160,8 @@ def tick(
         qdd=qdd,
         tau=tau,
         tool=tool.x[0],
-        reference=reference,
-        travelled=s,
+        reference=guidance.reference,
+        travelled=state.clock.s,
         separation=jnp.min(room.person_distance),
         field_clearance=jnp.min(room.distance),
         approach=jnp.max(approach),
@@ -194,12 +171,27 @@ def tick(
         cameras=sensed.faults,
         status=status,
     )
-    return TickState(arm, clock, memory), record
+    return TickState(moved, guidance.clock, memory), record
 
 
-def unit_where_long(g: Float[Array, "point 3"]) -> Float[Array, "point 3"]:
+def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> Clearance:
+    """The distances of all control spheres."""
+    radii = jnp.asarray(cell.arm.control_radii, body.x.dtype)
+    seen = jax.vmap(lambda x: cell.field.read(params.field, fields, x))(body.x)
+    if seen.distance.shape != radii.shape or seen.person_gradient.shape[-1:] != (3,):
+        raise ValueError(
+            "the field reads no Reading of one point; accepted: distances of shape (), gradients of shape (3,)"
+        )
+    distance = seen.person_distance.reshape(*radii.shape, -1)
+    away = seen.person_gradient.reshape(*distance.shape, 3)
+    away = unit_where_long(away) if cell.field.unit_gradients else away
+    # an upper bound of the arm's surface
+    return Clearance(seen.distance - radii, seen.gradient, distance - (radii + COVER_MARGIN)[:, None], away)
+
+
+def unit_where_long(g: Float[Array, "... 3"]) -> Float[Array, "... 3"]:
     """Gradients of at least length 1/2 as unit vectors; shorter ones have no direction and stay [1]."""
-    size = safe_norm(g)[:, None]
+    size = safe_norm(g)[..., None]
     return jnp.where(size < 0.5, g, g / jnp.where(size < 0.5, 1.0, size))
 
 
