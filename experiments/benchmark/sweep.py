@@ -21,11 +21,12 @@ import numpy as np
 
 from hrcjax.cells import build_world, make_cell
 from hrcjax.numerics import unrolled_options
-from hrcjax.plan import PathCurve, PlanSizes, path_curve
-from hrcjax.reference.curve import Curve
+from hrcjax.plan import PlanSizes
 from hrcjax.reference.episode import SerialRecord, see
 from hrcjax.reference.episode import episode as serial_episode
-from hrcjax.sim import Cell, Fields, Params, Record, World, fit_fields, follow
+from hrcjax.reference.route import SerialRoute
+from hrcjax.sim import Cell, Fields, Params, Record, Task, World, fit_fields, follow, path_through
+from hrcjax.sim.route import Route, make_route
 
 TICKS = 250
 HEIGHTS = np.linspace(0.05, 0.2, 16)
@@ -45,27 +46,39 @@ def _paths(world: World) -> np.ndarray:
     return np.stack([start + u * (goal - start) + np.sin(np.pi * u) * bow for bow in bows]).astype(np.float32)
 
 
+def _routes(cell: Cell, world: World, paths: np.ndarray) -> Route:
+    """The route of every setting."""
+    task = Task(world.scene, world.q_start, Params().potential, cell.arm)
+    one = jax.vmap(lambda path: make_route(cell.arm, world.q_start, path_through(task, path)))
+    return jax.jit(one)(jnp.asarray(paths))
+
+
 def _batch(cell: Cell, world: World, paths: np.ndarray) -> tuple[Callable[[], Record], float]:
     """A call that runs all paths, and its compile time [s]."""
 
-    def one(params: Params, curve: PathCurve, world: World, fields: Fields) -> Record:
-        return follow(params, cell, curve, world.frames, world.q_start, fields)[1]
+    def one(params: Params, route: Route, world: World, fields: Fields) -> Record:
+        return follow(params, cell, route, world.frames, world.q_start, fields)[1]
 
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())
     fields = jax.jit(fit_fields)(params.field, world.frames)
-    curves = jax.jit(jax.vmap(path_curve))(jnp.asarray(paths))
+    routes = _routes(cell, world, paths)
     begin = time.perf_counter()
-    lowered = jax.jit(jax.vmap(one, in_axes=(None, 0, None, None))).lower(params, curves, world, fields)
+    lowered = jax.jit(jax.vmap(one, in_axes=(None, 0, None, None))).lower(params, routes, world, fields)
     program = lowered.compile(compiler_options=unrolled_options())  # as in the sweep
     seconds = time.perf_counter() - begin
-    return lambda: jax.block_until_ready(program(params, curves, world, fields)), seconds
+    return lambda: jax.block_until_ready(program(params, routes, world, fields)), seconds
 
 
 def _serial(cell: Cell, world: World, paths: np.ndarray) -> Callable[[], list[SerialRecord]]:
     """A call that runs some paths, one after another."""
     seen = see(Params().field, world.frames)
-    curves, q_start = [Curve(path.astype(np.float64)) for path in paths], np.asarray(world.q_start, np.float64)
-    return lambda: [serial_episode(Params(), cell, curve, seen, q_start) for curve in curves]
+    q_start = np.asarray(world.q_start, np.float64)
+    routes = _routes(cell, world, paths)
+    # the waypoints of the routes again: tool points and joints at equal lengths
+    ends = np.asarray(routes.curve.coefficients.sum(axis=2)[:, -1:])
+    nodes = np.concatenate([np.asarray(routes.curve.coefficients[:, :, 0]), ends], axis=1).astype(np.float64)
+    serial = [SerialRoute(cell, node[:, :3], node[:, 9:]) for node in nodes]
+    return lambda: [serial_episode(Params(), cell, route, seen, q_start) for route in serial]
 
 
 def run(repeat: int = 5) -> dict[str, dict[str, Any]]:

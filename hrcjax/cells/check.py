@@ -87,11 +87,11 @@ def _check_results(named: NamedCell) -> None:
     def motion(count: int) -> PointMotion:
         return PointMotion(zeros(count, 3), zeros(count, 3), zeros(count, 3, joints), zeros(count, 3))
 
-    path = jax.eval_shape(cell.plan, params.plan, Task(scene, q))
+    path = jax.eval_shape(cell.plan, params.plan, Task(scene, q, params.potential, arm))
     _expect("planner", path, PathResult, "path_through(task, waypoints) makes one")
     _shape("planner: waypoints", path.waypoints, lambda shape: len(shape) == 2 and shape[1] == 3, "(waypoint, 3)")
     body = ArmMotion(q, q, motion(3), motion(points))
-    goal = Goal(zeros(3, 3), zeros(3, 3), zeros(3, 3), q)
+    goal = Goal(zeros(3, 3), zeros(3, 3), zeros(3, 3), q, zeros(3), params.potential)
     room = Clearance(zeros(points), zeros(points, 3), zeros(points), zeros(points, 3))
     qdd = jax.eval_shape(cell.policy, params.policy, body, goal, room, JointLimits(q, q, q, q))
     _shape("policy", qdd, lambda shape: shape == (joints,), f"({joints},), an acceleration of each joint")

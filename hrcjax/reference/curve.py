@@ -9,14 +9,15 @@ _WEIGHTS = np.array([5, 8, 5]) / 18
 
 
 class Curve:
-    """The tool path; as `hrcjax.plan.path_curve`."""
+    """A path; as `hrcjax.plan.path_curve`."""
 
-    def __init__(self, waypoints: NDArray) -> None:
-        """Args: waypoints: equally spaced, (waypoint 3) [m]."""
+    def __init__(self, waypoints: NDArray, measured: NDArray | None = None) -> None:
+        """Args: waypoints: equally spaced, (waypoint dim); measured: columns whose curve has the length that counts [m]."""
         self.count = len(waypoints) - 1
         spline = CubicSpline(np.arange(len(waypoints)), waypoints, bc_type="natural")
-        self.coefficients = np.ascontiguousarray(spline.c.swapaxes(0, 1))  # (segment, falling power, 3)
-        speeds = np.linalg.norm(spline(np.arange(self.count)[:, None] + _PLACES, 1), axis=-1)  # Gauss's rule
+        self.coefficients = np.ascontiguousarray(spline.c.swapaxes(0, 1))  # (segment, falling power, dim)
+        along = spline if measured is None else CubicSpline(np.arange(len(measured)), measured, bc_type="natural")
+        speeds = np.linalg.norm(along(np.arange(self.count)[:, None] + _PLACES, 1), axis=-1)  # Gauss's rule
         self.length = float((speeds @ _WEIGHTS).sum())
         self.rate = self.count / self.length
 

@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from dataclasses import dataclass
-from math import exp, inf
+from math import inf
 from typing import cast
 
 import numpy as np
@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 from hrcjax.field import FieldParams
 from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.reference.arm import SerialArm
-from hrcjax.reference.clock import Clock, advance
-from hrcjax.reference.curve import Curve
+from hrcjax.reference.clock import Clock
 from hrcjax.reference.fields import Field, Scene, Spread, fit, read, scene_of
+from hrcjax.reference.guide import Room, govern, guide, towards
 from hrcjax.reference.limits import limit_acceleration
 from hrcjax.reference.motion import Limits, Motion
 from hrcjax.reference.plain import plain
-from hrcjax.reference.policy import policy_acceleration
-from hrcjax.reference.safety import Monitor, Zone, governor
+from hrcjax.reference.route import SerialRoute
+from hrcjax.reference.safety import Monitor, Zone, speed_scale
 from hrcjax.robot import COVER_MARGIN
 from hrcjax.sim import Cell, Frames, Params
-from hrcjax.sim.cell import TOOL_REACH
 from hrcjax.sim.default_parts import COARSE_EDGE
 
 
@@ -112,18 +111,17 @@ def latest(seen: Seen, exposed: float) -> int:
     return max(bisect_right(seen.taken, exposed) - 1, 0)
 
 
-def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArray) -> SerialRecord:
-    """Follows a path for `cell.ticks` control periods.
+def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start: NDArray) -> SerialRecord:
+    """Follows a route for `cell.ticks` control periods.
 
     Args:
         params: with plain numbers as leaves.
-        curve: the tool path.
-        q_start: joint positions at the start, and the preferred posture [rad].
+        route: reference motion of tool and joints.
+        q_start: joint positions at the start [rad].
     """
     params, robot, dt = plain(params), cell.arm, cell.dt
     arm = SerialArm(cell)
     arm.reset(q_start)
-    axes = TOOL_REACH * np.stack([np.zeros(3), *arm.data.xmat[arm.bodies[-1]].reshape(3, 3).T[:2]])
     limits = Limits(robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max)
     monitor, motion = Monitor(params.safety, dt), params.motion
     count, radii = len(robot.control_links), robot.control_radii
@@ -137,40 +135,37 @@ def episode(params: Params, cell: Cell, curve: Curve, seen: Seen, q_start: NDArr
         frame, age = newest(seen, time - cell.latency)
         d_all, g_all, d_person, g_person = read(seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x)
         clearance = d_all - radii
-        separation = d_person - radii - COVER_MARGIN
-        approach = -(g_person * body.xd).sum(axis=1)
+        separation = d_person - (radii + COVER_MARGIN)[:, None]
+        people = towards(separation, g_person, body.J)
+        approach = people.speeds(qd)
         now = latest(seen, time - cell.latency)
         guarded = seen.guarded[frame] or seen.guarded[now]
         old = age + cell.latency
         since = np.clip(
             old + dt - params.safety.ssm.reaction_time, 0.0, params.safety.max_age
         )  # what S_p does not count on
-        nearer = separation - params.safety.ssm.v_h_near * since
+        nearer = people.distance - params.safety.ssm.v_h_near * since
         zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
-        speed_limit = float(decision.point_limit.min())
 
-        reference, tangent, curvature = curve.at(clock.s)
-        apart = reference - tool.x[0]
-        pace = min(motion.speed, speed_limit) * exp(-float(apart @ apart) / motion.lag**2)
         travelled = clock.s
-        after = advance(motion.clock, clock, pace, curve.length - travelled, dt, decision.hold)
-        velocity, acceleration = tangent * clock.v, curvature * clock.v**2 + tangent * after.a
-        clock = after
-
-        asked = policy_acceleration(
-            params.policy, q, qd, tool, reference + axes, velocity, acceleration, body, clearance, g_all, limits, q_start
+        room = Room(clearance, g_all, separation[:, 0], g_person[:, 0])
+        asked, clock, reference = guide(
+            params, cell, route, clock, q, qd, tool, body, room, people, decision, limits
         )  # fmt: skip
         brake = -qd / dt
         brake = brake / max((np.abs(brake) / limits.qdd_max).max(), 1.0)
         bad = not np.isfinite(asked).all()
         ahead = qd + limit_acceleration(brake if bad else asked, q, qd, limits, dt) * dt
-        governed = (governor(ahead, body.J, g_person, decision.point_limit) * ahead - qd) / dt
-        qdd = limit_acceleration(brake if decision.hold else governed, q, qd, limits, dt)
+        if cell.motion == "path":
+            ahead = speed_scale(people.speeds(ahead), decision.point_limit) * ahead
+        else:
+            ahead = govern(params.motion, ahead, people, decision.point_limit, towards(clearance[:, None], g_all[:, None], body.J))
+        qdd = limit_acceleration(brake if decision.hold else (ahead - qd) / dt, q, qd, limits, dt)
         tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
         rows.append(
             (
                 q, qd, qdd, tau, tool.x[0], reference, travelled, separation.min(), clearance.min(), approach.max(),
-                speed_limit, zone.zone, sum(bits << 8 * k for k, bits in enumerate(seen.reasons[now][:3])),
+                float(decision.point_limit.min()), zone.zone, sum(bits << 8 * k for k, bits in enumerate(seen.reasons[now][:3])),
                 bad + 2 * clipped + 4 * broken,
             )
         )  # fmt: skip

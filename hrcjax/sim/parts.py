@@ -133,10 +133,10 @@ class Clearance(eqx.Module):
     """Distance of each sphere's surface to the nearest surface; negative inside [m]."""
     gradient: Float[Array, "point 3"]
     """Gradient of that distance: away from the obstacle [1]."""
-    person_distance: Float[Array, "point surface"]
-    """Distance to people, less the sphere's radius and `COVER_MARGIN`; the nearest first [m]."""
-    person_gradient: Float[Array, "point surface 3"]
-    """Gradients of these distances: away from the person [1]."""
+    person_distance: Float[Array, "point"]
+    """Distance to the nearest person, less the sphere's radius and `COVER_MARGIN` [m]."""
+    person_gradient: Float[Array, "point 3"]
+    """Gradient of that distance: away from the person [1]."""
 
 
 PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]

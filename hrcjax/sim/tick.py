@@ -119,14 +119,13 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     q, qd = state.arm.q, state.arm.qd
     dt = cell.dt
     body, tool = control_motion(cell, q, qd)
-    room = read_room(params, cell, sensed.fields, body)
-    towards_people = Rows.towards(room.person_distance, room.person_gradient, body)
+    room, towards_people = read_room(params, cell, sensed.fields, body)
     approach = towards_people.speeds(qd)
     separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
     memory, decision = cell.safety.decide(params.safety, state.safety, separation)
     if decision.point_limit.shape != approach.shape:
         raise ValueError(f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}")
-    unread = ~all_finite(room.person_distance, approach, decision.speed_limit, decision.point_limit)
+    unread = ~all_finite(towards_people.distance, approach, decision.speed_limit, decision.point_limit)
     hold = decision.hold | unread
 
     limits = joint_limits(cell, q.dtype)
@@ -174,8 +173,8 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     return TickState(moved, guidance.clock, memory), record
 
 
-def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> Clearance:
-    """The distances of all control spheres."""
+def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> tuple[Clearance, Rows]:
+    """The distances of all control spheres, and the rows of their approach to people."""
     radii = jnp.asarray(cell.arm.control_radii, body.x.dtype)
     seen = jax.vmap(lambda x: cell.field.read(params.field, fields, x))(body.x)
     if seen.distance.shape != radii.shape or seen.person_gradient.shape[-1:] != (3,):
@@ -185,8 +184,9 @@ def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> 
     distance = seen.person_distance.reshape(*radii.shape, -1)
     away = seen.person_gradient.reshape(*distance.shape, 3)
     away = unit_where_long(away) if cell.field.unit_gradients else away
-    # an upper bound of the arm's surface
-    return Clearance(seen.distance - radii, seen.gradient, distance - (radii + COVER_MARGIN)[:, None], away)
+    distance = distance - (radii + COVER_MARGIN)[:, None]  # the margin makes it a bound for the arm's surface
+    room = Clearance(seen.distance - radii, seen.gradient, distance[:, 0], away[:, 0])
+    return room, Rows.towards(distance, away, body)
 
 
 def unit_where_long(g: Float[Array, "... 3"]) -> Float[Array, "... 3"]:

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
+from straight import straight_route
 
 from hrcjax.cells.check import check_cell
 from hrcjax.cells.digest import cell_digest
@@ -25,7 +26,6 @@ from hrcjax.field import FAR
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.parameters import batch_params, leaf_names
 from hrcjax.numerics import unrolled_options
-from hrcjax.plan import path_curve
 from hrcjax.robot import COVER_MARGIN, arm_capsules, arm_from_model, control_points, load_arm, tool_frame, ur_xml
 from hrcjax.safety import SafetyDecision, SsmParams
 from hrcjax.sense.rig import cell_rig
@@ -265,9 +265,7 @@ def ur5_world() -> tuple[Cell, World]:
 
 def one_tick(cell: Cell, world: World, params: Params, qd: float = 0.3):
     """One tick of an arm that moves, with nobody near, along the straight path."""
-    scene = world.scene
-    curve = path_curve(jnp.linspace(0, 1, 24)[:, None].astype(jnp.float32) * (scene.goal - scene.start) + scene.start)
-    R, _ = tool_frame(cell.arm, world.q_start)
+    route = straight_route(cell, world)
     fields = cell.field.fit(params.field, world.frames)
     now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
     state = initial_state(cell, world.q_start)
@@ -275,7 +273,7 @@ def one_tick(cell: Cell, world: World, params: Params, qd: float = 0.3):
     no = jnp.asarray(False)
     sensed = Sensed(now, jnp.asarray(0.05, jnp.float32), ~no, no, jnp.zeros((), jnp.int32))
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params)
-    return jax.jit(lambda p: tick(p, cell, curve, R, world.q_start, sensed, state)[1])(params)
+    return jax.jit(lambda p: tick(p, cell, route, sensed, state)[1])(params)
 
 
 def test_a_policy_cannot_pass_the_guards(ur5_world: tuple[Cell, World]) -> None:
@@ -326,9 +324,8 @@ def test_rows_that_are_not_one_per_frame_are_refused(ur5_world: tuple[Cell, Worl
     cell, world = ur5_world
     fields = cell.field.fit(Params().field, world.frames)
     half = replace(fields, moving=jax.tree.map(lambda a: a[::2], fields.moving))
-    curve = path_curve(jnp.linspace(0, 1, 8)[:, None].astype(jnp.float32) * (world.scene.goal - world.scene.start))
     with pytest.raises(ValueError, match="one per frame"):
-        follow(Params(), cell, curve, world.frames, world.q_start, half)
+        follow(Params(), cell, straight_route(cell, world, 8), world.frames, world.q_start, half)
 
 
 def test_two_people_are_held(ur5_world: tuple[Cell, World]) -> None:

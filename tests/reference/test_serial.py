@@ -122,8 +122,8 @@ def program(cell):
     q = jnp.asarray(cell.arm.home)
 
     @jax.jit
-    def run(params, frames, path):
-        return follow(params, cell, path_curve(path), frames, q, fit_fields(params.field, frames))[1]
+    def run(params, frames, route):
+        return follow(params, cell, route, frames, q, fit_fields(params.field, frames))[1]
 
     return run
 
@@ -131,8 +131,12 @@ def program(cell):
 def both(program, cell, scenario):
     """The records of the JAX loop and of the serial one."""
     params, frames, path = scenario
-    ours = program(jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), params), frames, jnp.asarray(path))
-    theirs = episode(params, cell, Curve(path), see(params.field, frames), np.asarray(cell.arm.home))
+    joints, ratio = route_joints(cell, path), np.linspace(0.0, 1.5, len(path)) ** 2
+    planned = PathResult(jnp.asarray(path), *(jnp.zeros(()),) * 3, *(jnp.asarray(True),) * 3, joints)
+    route = make_route(cell.arm, jnp.asarray(cell.arm.home), planned, jnp.asarray(ratio))
+    ours = program(jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), params), frames, route)
+    serial = SerialRoute(cell, path, np.asarray(joints), ratio)
+    theirs = episode(params, cell, serial, see(params.field, frames), np.asarray(cell.arm.home))
     return ours, theirs
 
 

@@ -5,10 +5,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from straight import straight_route
 
 from hrcjax.numerics import unrolled_options
-from hrcjax.plan import path_curve
-from hrcjax.robot import control_points, tool_frame
+from hrcjax.robot import control_points
 from hrcjax.safety import SsmParams, stopping_distance
 from hrcjax.sim import Fields, Params, fit_fields
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_state, joint_limits, tick
@@ -17,15 +17,14 @@ from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_stat
 @pytest.fixture(scope="module")
 def program(cell, world):
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())
-    scene, frames = world.scene, world.frames
-    curve = path_curve(jnp.linspace(0, 1, 24)[:, None].astype(jnp.float32) * (scene.goal - scene.start) + scene.start)
-    R, _ = tool_frame(cell.arm, world.q_start)
+    frames = world.frames
+    route = straight_route(cell, world)
     fields = jax.jit(fit_fields)(params.field, frames)
     newest = Fields(fields.static, jax.tree.map(lambda a: a[0], fields.moving))
 
     def run(state, age):
         sensed = Sensed(newest, age, jnp.asarray(True), jnp.asarray(False), jnp.asarray(0))
-        return tick(params, cell, curve, R, world.q_start, sensed, state)
+        return tick(params, cell, route, sensed, state)
 
     return jax.jit(run, compiler_options=unrolled_options())
 

@@ -1,0 +1,115 @@
+"""What the arm is asked to do in a tick, and the speed governor; as `hrcjax.sim.guide` and `hrcjax.sim.govern`."""
+
+from dataclasses import dataclass
+from math import exp
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.policy import JointLimits
+from hrcjax.reference.clock import Clock, advance
+from hrcjax.reference.motion import Limits, Motion
+from hrcjax.reference.policy import policy_acceleration
+from hrcjax.reference.route import SerialRoute, law_speed
+from hrcjax.reference.safety import Decision, least_change, path_speed, speed_scale, surface_limits
+from hrcjax.sim import Cell, MotionParams, Params
+from hrcjax.sim.govern import LOST
+
+
+class Room(NamedTuple):
+    """Distances of the control spheres, as `hrcjax.sim.Clearance`."""
+
+    distance: NDArray
+    gradient: NDArray
+    person_distance: NDArray
+    person_gradient: NDArray
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Rows of the approach: the nearest surface of all points first."""
+
+    distance: NDArray
+    A: NDArray
+    J: NDArray
+    lost: NDArray
+
+    def speeds(self, qd: NDArray) -> NDArray:
+        """Approach speed of every row [m/s]."""
+        along = self.A @ qd
+        return np.where(self.lost, np.linalg.norm(self.J @ qd, axis=-1), along) if self.lost.any() else along
+
+
+def towards(distance: NDArray, g: NDArray, J: NDArray) -> Approach:
+    """Rows of points towards surfaces.
+
+    Args:
+        distance: (point surface) [m].
+        g: (point surface 3) [1].
+        J: (point 3 joint) [m].
+    """
+    A = -np.einsum("psk,pkj->spj", g, J)
+    lost = ((g * g).sum(axis=-1) < 0.25) & (distance < LOST)
+    surfaces = distance.shape[1]
+    return Approach(distance.T.ravel(), A.reshape(-1, A.shape[-1]), np.tile(J, (surfaces, 1, 1)), lost.T.ravel())
+
+
+def govern(params: MotionParams, qd: NDArray, people: Approach, limit: NDArray, standing: Approach) -> NDArray:
+    """The joint speeds nearest to those asked for with which every row keeps its limit [rad/s]."""
+    qd = speed_scale(np.where(people.lost, people.speeds(qd), 0.0), limit) * qd
+    stop = surface_limits(standing.distance, params.surface_brake, params.surface_margin)
+    A = np.concatenate([np.where(people.lost[:, None], 0.0, people.A), standing.A])
+    return least_change(qd, A, np.concatenate([limit, stop]))
+
+
+def guide(
+    params: Params,
+    cell: Cell,
+    route: SerialRoute,
+    clock: Clock,
+    q: NDArray,
+    qd: NDArray,
+    tool: Motion,
+    body: Motion,
+    room: Room,
+    people: Approach,
+    decision: Decision,
+    limits: JointLimits | Limits,
+) -> tuple[NDArray, Clock, NDArray]:
+    """Joint acceleration asked for [rad/s^2], the clock after the tick, and the reference of the tool [m]."""
+    motion, hold = params.motion, decision.hold
+    top = min(motion.speed, decision.any_limit)
+    if cell.motion == "reactive":
+        way = route.end[0] - tool.x[0]
+        distance = float(np.linalg.norm(way))
+        pace = min(law_speed(params.potential, distance, 0.0), 0.0 if hold else top)
+        velocity = np.broadcast_to(pace * way / distance if distance > 0 else way, (3, 3))
+        rest = np.zeros((3, 3))
+        joints = route.curve.at(route.curve.length)[0][9:]
+        asked = _policy(params, q, qd, tool, route.end - way, velocity, rest, body, room, limits, joints, route.end[0])
+        return asked, clock, tool.x[0]
+
+    place, tangent, bend = route.curve.at(clock.s)
+    off = float(np.linalg.norm(place[:3] - tool.x[0]))
+    pace = min(top, route.pace(params.potential, clock.s))
+    if cell.motion == "path":
+        pace = min(pace, path_speed(tangent[9:], people.A, decision.point_limit)) * exp(-((off / motion.lag) ** 2))
+    else:
+        pace *= exp(-((off / motion.leash) ** 2))
+    after = advance(motion.clock, clock, pace, route.curve.length - clock.s, cell.dt, hold)
+    velocity, acceleration = tangent * clock.v, bend * clock.v**2 + tangent * after.a
+    if cell.motion == "path":
+        back = motion.track_kp * (place[9:] - q) + motion.track_kd * (velocity[9:] - qd)
+        return acceleration[9:] + back, after, place[:3]
+    three = (part[:9].reshape(3, 3) for part in (place, velocity, acceleration))
+    return _policy(params, q, qd, tool, *three, body, room, limits, place[9:], route.end[0]), after, place[:3]
+
+
+def _policy(
+    params: Params, q: NDArray, qd: NDArray, tool: Motion, x: NDArray, xd: NDArray, xdd: NDArray, body: Motion, room: Room,
+    limits: JointLimits | Limits, posture: NDArray, end: NDArray,
+) -> NDArray:  # fmt: skip
+    return policy_acceleration(
+        params.policy, q, qd, tool, x, xd, xdd, body, room.distance, room.gradient, limits, posture
+    )
