@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.numerics import require_floating, safe_divide, safe_norm
-from hrcjax.typing import Array, Float, Scalar, Vector3
+from hrcjax.typing import Array, Float, Scalar
 
 _GAUSS = ((0.5 - 0.15**0.5, 5 / 18), (0.5, 8 / 18), (0.5 + 0.15**0.5, 5 / 18))
 """Places and weights of Gauss's rule of three points on [0, 1]."""
@@ -18,12 +18,12 @@ class PathCurve(eqx.Module):
     is 1 to within 1 % if the waypoints are equally spaced and turn by less than about 25 degrees each.
     """
 
-    coefficients: Float[Array, "segment 4 3"]
+    coefficients: Float[Array, "segment 4 dim"]
     """Of the powers 0 to 3 of the place in [0, 1] on each segment [m]."""
     length: Float[Array, ""]
     """Length of the curve [m]."""
 
-    def _locate(self, s: Scalar) -> tuple[Float[Array, "4 3"], Float[Array, ""], Float[Array, ""]]:
+    def _locate(self, s: Scalar) -> tuple[Float[Array, "4 dim"], Float[Array, ""], Float[Array, ""]]:
         """Coefficients of the segment that holds s, the place on it, and segments per length [1/m]."""
         count = self.coefficients.shape[0]
         rate = safe_divide(jnp.asarray(count, self.length.dtype), self.length)
@@ -31,23 +31,23 @@ class PathCurve(eqx.Module):
         index = jnp.clip(jnp.floor(u), 0, count - 1)
         return self.coefficients[index.astype(jnp.int32)], u - index, rate
 
-    def point(self, s: Scalar) -> Vector3:
+    def point(self, s: Scalar) -> Float[Array, "dim"]:
         """Position after the length s [m]."""
         c, t, _ = self._locate(s)
         return c[0] + t * (c[1] + t * (c[2] + t * c[3]))
 
-    def tangent(self, s: Scalar) -> Vector3:
+    def tangent(self, s: Scalar) -> Float[Array, "dim"]:
         """Derivative of the position by s [1]."""
         c, t, rate = self._locate(s)
         return rate * (c[1] + t * (2 * c[2] + t * 3 * c[3]))
 
-    def curvature(self, s: Scalar) -> Vector3:
+    def curvature(self, s: Scalar) -> Float[Array, "dim"]:
         """Second derivative of the position by s: the curvature vector [1/m]."""
         c, t, rate = self._locate(s)
         return rate * rate * (2 * c[2] + t * 6 * c[3])
 
 
-def path_curve(waypoints: Float[Array, "waypoint 3"]) -> PathCurve:
+def path_curve(waypoints: Float[Array, "waypoint dim"]) -> PathCurve:
     """The curve through equally spaced waypoints.
 
     Raises:
@@ -64,7 +64,7 @@ def path_curve(waypoints: Float[Array, "waypoint 3"]) -> PathCurve:
     return PathCurve(coefficients, jnp.sum(_segment_lengths(coefficients)))
 
 
-def equally_spaced(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "waypoint 3"]:
+def equally_spaced(waypoints: Float[Array, "waypoint dim"]) -> Float[Array, "waypoint dim"]:
     """As many points on the smooth curve through nearly equally spaced waypoints, at more nearly equal lengths of it [m].
 
     Raises:
@@ -81,7 +81,7 @@ def equally_spaced(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "waypo
     return jnp.concatenate([waypoints[:1], inner, waypoints[-1:]])
 
 
-def _segment_lengths(coefficients: Float[Array, "segment 4 3"]) -> Float[Array, "segment"]:
+def _segment_lengths(coefficients: Float[Array, "segment 4 dim"]) -> Float[Array, "segment"]:
     c1, c2, c3 = coefficients[:, 1], coefficients[:, 2], coefficients[:, 3]
     speeds = [weight * safe_norm(c1 + 2 * t * c2 + 3 * t * t * c3) for t, weight in _GAUSS]
     return speeds[0] + speeds[1] + speeds[2]
