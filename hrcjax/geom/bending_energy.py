@@ -7,7 +7,7 @@ from hrcjax.numerics import require_floating, safe_divide, safe_norm
 from hrcjax.typing import Array, Float, Int
 
 
-def bending_energy(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, ""]:
+def bending_energy(waypoints: Float[Array, "waypoint dim"]) -> Float[Array, ""]:
     """Integral of the squared curvature over the length of the path, eq. 5b of Robotica 2025 [1/m].
 
     The curvature at a waypoint is |T' - T| over the mean length of its two segments, T and T' their directions: exact

@@ -6,7 +6,7 @@ from hrcjax.numerics import safe_norm
 from hrcjax.typing import Array, Float
 
 
-def length(waypoints: Float[Array, "waypoint 3"]) -> Float[Array, ""]:
+def length(waypoints: Float[Array, "waypoint dim"]) -> Float[Array, ""]:
     """Length of the broken line through the waypoints [m].
 
     Raises:

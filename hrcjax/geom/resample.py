@@ -6,7 +6,7 @@ from hrcjax.numerics import require_floating, safe_divide, safe_norm
 from hrcjax.typing import Array, Float
 
 
-def resample_path(waypoints: Float[Array, "waypoint 3"], count: int) -> Float[Array, "count 3"]:
+def resample_path(waypoints: Float[Array, "waypoint dim"], count: int) -> Float[Array, "count dim"]:
     """Points at equal distances along the broken line through the waypoints; both ends are kept exactly [m].
 
     Repeated waypoints are harmless. The derivative is that of the linear interpolation.

@@ -6,7 +6,7 @@ from hrcjax.numerics import safe_sqrt
 from hrcjax.typing import Array, Float, Scalar
 
 
-def length_and_bending(waypoints: Float[Array, "waypoint 3"]) -> tuple[Array, Array, Array, Array]:
+def length_and_bending(waypoints: Float[Array, "waypoint dim"]) -> tuple[Array, Array, Array, Array]:
     """Length [m], bending energy [1/m], and at the waypoints between the ends their gradients (the second at constant
     length).
 

@@ -1,0 +1,157 @@
+"""The path optimiser of the whole arm: Gauss-Newton steps on the control points of a spline in joint space."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.plan.arm_params import ArmPlanSizes
+from hrcjax.plan.arm_task import ArmTask, z_curve
+from hrcjax.plan.arm_terms import Terms, terms
+from hrcjax.plan.body import BodyMotion
+from hrcjax.plan.joint_spline import spline_matrix
+from hrcjax.plan.objective import length_and_bending
+from hrcjax.typing import Array, Float, Scalar
+
+Inner = Float[Array, "inner joint"]
+"""Control points between start and goal [rad]."""
+
+
+class PathCost(NamedTuple):
+    """The cost of a path with its derivatives by the control points between the ends."""
+
+    cost: Float[Array, ""]
+    """omega1 L + omega2 B + omega3 integral of the ratio + penalties."""
+    violation: Float[Array, ""]
+    """Most that a constraint is missed by at a sample [m]."""
+    gradient: Float[Array, "inner joint"]
+    matrix: Float[Array, "unknown unknown"]
+    """Gauss-Newton: positive semi-definite."""
+
+
+def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sample joint"]:
+    """Configurations along the path, its ends among them [rad]."""
+    control = jnp.concatenate([task.q_start[None], inner, task.q_goal[None]])
+    S = spline_matrix(control.shape[0], np.linspace(0, 1, samples))
+    return jnp.asarray(S, inner.dtype) @ control
+
+
+def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int) -> PathCost:
+    """The cost of a path.
+
+    Args:
+        stiffness: of the penalties [1/m].
+        samples: number of configurations.
+    """
+    path, dtype = task.path, inner.dtype
+    control, n = inner.shape[0] + 2, inner.shape[1]
+    S = jnp.asarray(spline_matrix(control, np.linspace(0, 1, samples))[:, 1:-1], dtype)
+    q = samples_of(task, inner, samples)
+    motion: BodyMotion = jax.vmap(task.body.motion)(q)
+    z = z_curve(path, motion.tool, q)
+    length, bending, length_gradient, bending_gradient = length_and_bending(z)
+
+    # trapezoidal rule: the ends count half
+    share = jnp.asarray(np.r_[0.5, np.ones(samples - 2), 0.5] / (samples - 1), dtype)
+    places = jnp.asarray(np.linspace(0, 1, samples), dtype)
+    weight = path.omega3 * length * share
+
+    def at(motion: BodyMotion, q: Array, place: Array, weight: Array) -> Terms:
+        return terms(task, motion, q, place, weight, stiffness / samples)
+
+    found: Terms = jax.vmap(at)(motion, q, places, weight)
+    mean_ratio = jnp.sum(share * found.ratio)
+    cost = (path.omega1 + path.omega3 * mean_ratio) * length + path.omega2 * bending
+    cost = cost + stiffness / samples * jnp.sum(found.penalty)
+
+    # gradient by z, then by q, then by the control points
+    by_z = (path.omega1 + path.omega3 * mean_ratio - 3 * path.omega2 * bending / length) * length_gradient
+    by_z = jnp.pad(by_z + path.omega2 * bending_gradient, ((1, 1), (0, 0)))
+    by_tool = jnp.sum(path.tool_weight * by_z[:, :3, None] * motion.J_tool, axis=1)
+    by_q = found.gradient + by_tool + path.joint_weight * by_z[:, 3:]
+    gradient = S.T @ by_q
+
+    steps = samples - 1
+    a = (path.omega1 + path.omega3 * mean_ratio) * steps / length
+    b = 2 * path.omega2 * steps**3 / length**3
+    matrix = _curve_matrix(task, motion.J_tool, a, b, S) + _sample_matrix(found.curvature, S)
+    return PathCost(cost, jnp.max(found.violation), gradient, matrix.reshape(inner.size, inner.size))
+
+
+def _curve_matrix(
+    task: ArmTask, J_tool: Float[Array, "sample 3 joint"], a: Array, b: Array, S: Float[Array, "sample inner"]
+) -> Float[Array, "inner joint inner joint"]:
+    """Second derivatives of a |first differences of z|^2 / 2 + b |second differences of z|^2 / 2, z linear in the joints."""
+    path, n, inner = task.path, J_tool.shape[2], S.shape[1]
+    rows = path.tool_weight * J_tool[:, :, None, :] * S[:, None, :, None]
+    first = jnp.diff(rows, axis=0)
+    second = jnp.diff(first, axis=0)
+    tall = jnp.concatenate([jnp.sqrt(a) * first, jnp.sqrt(b) * second]).reshape(-1, inner * n)
+    tool = (tall.T @ tall).reshape(inner, n, inner, n)
+    D = jnp.diff(S, axis=0)
+    E = jnp.diff(D, axis=0)
+    joints = path.joint_weight**2 * (a * (D.T @ D) + b * (E.T @ E))
+    return tool + joints[:, None, :, None] * jnp.eye(n, dtype=S.dtype)[:, None, :]
+
+
+def _sample_matrix(
+    curvature: Float[Array, "sample joint joint"], S: Float[Array, "sample inner"]
+) -> Float[Array, "inner joint inner joint"]:
+    """The curvatures of the samples, brought to the control points."""
+    samples, inner, n = *S.shape, curvature.shape[1]
+    pairs = (S[:, :, None] * S[:, None, :]).reshape(samples, inner * inner)
+    both = pairs.T @ curvature.reshape(samples, n * n)
+    return both.reshape(inner, inner, n, n).transpose(0, 2, 1, 3)
+
+
+def damped_solve(matrix: Array, gradient: Inner, damping: Scalar) -> Inner:
+    """Minus the inverse of the matrix, with its diagonal grown, times the gradient [rad]."""
+    size = matrix.shape[0]
+    diagonal = jnp.diagonal(matrix)
+    grown = matrix + jnp.diag(damping * (diagonal + 1e-6 * jnp.max(diagonal)))
+    factor = jnp.linalg.cholesky(grown)
+    half = jax.scipy.linalg.solve_triangular(factor, gradient.reshape(size), lower=True)
+    return -jax.scipy.linalg.solve_triangular(factor, half, lower=True, trans=1).reshape(gradient.shape)
+
+
+def no_longer(move: Inner, longest: Scalar) -> Inner:
+    """The move, scaled down so that no control point moves farther than the longest allowed [rad]."""
+    squared = jnp.max(jnp.sum(move * move, axis=-1))
+    longest = jnp.asarray(longest, move.dtype)
+    far = squared > longest * longest
+    return move * jnp.where(far, longest / jnp.sqrt(jnp.where(far, squared, 1)), 1)
+
+
+def ramped(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
+    """Gauss-Newton steps from a guess while the penalty stiffens to its last value [rad]."""
+    path, dtype = task.path, inner.dtype
+    part = jnp.minimum(jnp.linspace(0, 1.25, sizes.iterations, dtype=dtype), 1)
+    stiffness = path.penalty * jnp.asarray(path.penalty_first, dtype) ** (1 - part)
+
+    def step(inner: Inner, stiffness: Array) -> tuple[Inner, None]:
+        found = path_cost(task, inner, stiffness, sizes.samples)
+        move = damped_solve(found.matrix, found.gradient, path.damping)
+        return inner + no_longer(move, path.move_max), None
+
+    return jax.lax.scan(step, inner, stiffness)[0]
+
+
+def polished(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
+    """Levenberg-Marquardt steps at the last stiffness: a step that does not help is not taken [rad]."""
+    path, samples = task.path, sizes.samples
+
+    def evaluate(inner: Inner) -> PathCost:
+        return path_cost(task, inner, path.penalty, samples)
+
+    def step(carry: tuple[Inner, PathCost, Array], _: None) -> tuple[tuple[Inner, PathCost, Array], None]:
+        inner, at, damping = carry
+        tried = inner + no_longer(damped_solve(at.matrix, at.gradient, damping), path.move_max)
+        there = evaluate(tried)
+        better = there.cost < at.cost
+        damping = jnp.clip(jnp.where(better, damping / 5, damping * 5), 1e-9, 1e3)
+        kept = jax.tree.map(lambda new, old: jnp.where(better, new, old), (tried, there), (inner, at))
+        return (*kept, damping), None
+
+    start = (inner, evaluate(inner), jnp.asarray(path.damping, inner.dtype))
+    return jax.lax.scan(step, start, None, length=sizes.polish)[0][0]

@@ -1,0 +1,155 @@
+"""What is planned for: spheres that ride on an arm, or a single point, as functions of the configuration."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.robot import Arm, link_frames, point_motion, points_on_links, tool_frame
+from hrcjax.typing import Array, Float, Joints, Matrix3
+
+WEIGHT_LENGTH = 0.1
+"""Length of link whose repulsion counts as that of one point [m]."""
+
+
+class BodyPlaces(NamedTuple):
+    """Where a body is."""
+
+    points: Float[Array, "point 3"]
+    """Centres of its spheres [m]."""
+    tool: Float[Array, "3"]
+    """Tool point [m]."""
+
+
+class BodyMotion(NamedTuple):
+    """Where a body is, and how the joints move it."""
+
+    points: Float[Array, "point 3"]
+    """Centres of its spheres [m]."""
+    J: Float[Array, "point 3 joint"]
+    """Their Jacobians [m/rad]."""
+    tool: Float[Array, "3"]
+    """Tool point [m]."""
+    J_tool: Float[Array, "3 joint"]
+    """Its Jacobian [m/rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanBody:
+    """What is planned for, as functions of one configuration. Constant and hashable by identity: close over it."""
+
+    places: Callable[[Joints], BodyPlaces]
+    """q -> centres of the spheres, tool point."""
+    motion: Callable[[Joints], BodyMotion]
+    """q -> the same with their Jacobians."""
+    radii: np.ndarray
+    """(point) of the spheres, which cover the body [m]"""
+    exposed: int
+    """Number of spheres that obstacles count for: the first ones. The others only count for self-collision."""
+    above_floor: np.ndarray
+    """(point) whether a sphere must stay above the floor"""
+    weights: np.ndarray
+    """(exposed) shares in the repulsion: length of link that a sphere stands for, in units of WEIGHT_LENGTH [1]"""
+    apart: np.ndarray
+    """(point point) least distance of the centres of two spheres that must not touch; 0: they may [m]"""
+    q_min: np.ndarray
+    """(joint) [rad]"""
+    q_max: np.ndarray
+    """(joint) [rad]"""
+    floor: float | None = None
+    """Height of the floor; None: there is none [m]."""
+    rotation: Callable[[Joints], Matrix3] | None = None
+    """q -> axes of the tool; None: it has none."""
+
+    @property
+    def size(self) -> int:
+        """Number of joints."""
+        return len(self.q_min)
+
+
+def point_body(bound: float = 100.0) -> PlanBody:
+    """A point: its configuration is its place [m].
+
+    Args:
+        bound: largest coordinate [m].
+    """
+
+    def places(q: Joints) -> BodyPlaces:
+        return BodyPlaces(q[None], q)
+
+    def motion(q: Joints) -> BodyMotion:
+        eye = jnp.eye(3, dtype=q.dtype)
+        return BodyMotion(q[None], eye[None], q, eye)
+
+    wide = np.full(3, bound)
+    return PlanBody(places, motion, np.zeros(1), 1, np.ones(1, bool), np.ones(1), np.zeros((1, 1)), -wide, wide)
+
+
+def cover(a: np.ndarray, b: np.ndarray, radius: float, inflation: float) -> tuple[np.ndarray, float]:
+    """Centres and radius of the spheres that cover a capsule and stand out by at most `inflation` [m]."""
+    length = float(np.linalg.norm(b - a))
+    if length / 2 <= inflation:
+        return (a + b)[None] / 2, radius + length / 2
+    widest = 2 * np.sqrt((radius + inflation) ** 2 - radius**2)
+    count = int(np.ceil(length / widest - 1e-9)) + 1
+    return np.linspace(a, b, count), float(np.hypot(radius, length / (count - 1) / 2))
+
+
+def self_pairs(arm: Arm, tight: Sequence[tuple[str, str]] = ()) -> list[tuple[int, int]]:
+    """Pairs of capsules that must not touch each other: those on links that are not neighbours.
+
+    Args:
+        tight: pairs by name to leave out, as their shapes overlap where the real ones do not.
+    """
+    links, names = arm.capsule_links, arm.capsule_names
+    left_out = {frozenset(pair) for pair in tight}
+    return [
+        (i, j)
+        for i in range(len(links))
+        for j in range(i + 1, len(links))
+        if abs(links[i] - links[j]) > 1 and frozenset((names[i], names[j])) not in left_out
+    ]
+
+
+def arm_body(
+    arm: Arm, inflation: float = 0.005, floor: float | None = None, tight: Sequence[tuple[str, str]] = (("forearm", "wrist 2"),)
+) -> PlanBody:  # fmt: skip
+    """The moving links of an arm as spheres along its capsules.
+
+    Args:
+        inflation: most that a sphere stands out of its capsule: larger means fewer spheres [m].
+        floor: height of a floor that all links beyond the first keep above [m]; None: there is none.
+        tight: pairs of capsules by name that may overlap.
+    """
+    moving = [k for k, link in enumerate(arm.capsule_links) if link >= 0]
+    still = [k for k, link in enumerate(arm.capsule_links) if link < 0]
+    order = [*moving, *still]
+    covers = {k: cover(arm.capsule_a[k], arm.capsule_b[k], arm.capsule_radii[k], inflation) for k in order}
+    owner = np.array([k for k in order for _ in covers[k][0]])
+    links = tuple(int(arm.capsule_links[k]) for k in owner)
+    offsets = np.concatenate([covers[k][0] for k in order])
+    radii = np.array([covers[k][1] for k in owner])
+    exposed = int(np.sum(np.isin(owner, moving)))
+    lengths = np.linalg.norm(arm.capsule_b - arm.capsule_a, axis=1) + 2 * arm.capsule_radii
+    weights = np.array([lengths[k] / len(covers[k][0]) / WEIGHT_LENGTH for k in owner[:exposed]])
+    apart = np.zeros((len(owner), len(owner)))
+    for i, j in self_pairs(arm, tight):
+        both = np.outer(owner == i, owner == j)
+        apart[both | both.T] = arm.capsule_radii[i] + arm.capsule_radii[j]
+    tool_link, tool_offset = (arm.tool_link,), arm.tool_offset[None]
+
+    def places(q: Joints) -> BodyPlaces:
+        x = points_on_links(arm.chain, q, (*links, *tool_link), np.concatenate([offsets, tool_offset]))
+        return BodyPlaces(x[:-1], x[-1])
+
+    def motion(q: Joints) -> BodyMotion:
+        both = (*links, *tool_link), np.concatenate([offsets, tool_offset])
+        moved = point_motion(arm.chain, q, jnp.zeros_like(q), *both)
+        return BodyMotion(moved.x[:-1], moved.J[:-1], moved.x[-1], moved.J[-1])
+
+    return PlanBody(
+        places, motion, radii, exposed, np.array(links) > 0, weights, apart, arm.q_min, arm.q_max, floor,
+        lambda q: tool_frame(arm, q)[0],
+    )  # fmt: skip
