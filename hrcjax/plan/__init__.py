@@ -1,6 +1,10 @@
 """The planner: the improved artificial potential field, and paths optimised for length and bending energy."""
 
+from hrcjax.plan.arm_params import ArmPathParams, ArmPlanSizes
+from hrcjax.plan.arm_path import ArmPath
+from hrcjax.plan.arm_plan import plan_arm
 from hrcjax.plan.baseline import GradientDescentParams, gradient_descent_path
+from hrcjax.plan.body import PlanBody, arm_body, point_body
 from hrcjax.plan.curve import PathCurve, equally_spaced, path_curve
 from hrcjax.plan.descent import PotentialPath, StepFn, damped_step, potential_path, time_to_goal, unit_step
 from hrcjax.plan.motion_law import law_speed
@@ -12,8 +16,8 @@ from hrcjax.plan.plan import plan
 from hrcjax.plan.potential import DistancesFn, force, potential
 
 __all__ = [
-    "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanParams", "PlanSizes",
-    "PotentialParams", "PotentialPath", "StepFn", "damped_step", "equally_spaced", "force", "gradient_descent_path",
-    "judge", "law_speed", "optimise_path", "path_curve", "path_scores", "plan", "potential", "potential_path",
+    "ArmPath", "ArmPathParams", "ArmPlanSizes", "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanBody", "PlanParams", "PlanSizes",
+    "PotentialParams", "PotentialPath", "StepFn", "arm_body", "damped_step", "equally_spaced", "force", "gradient_descent_path",
+    "judge", "law_speed", "optimise_path", "path_curve", "path_scores", "plan", "plan_arm", "point_body", "potential", "potential_path",
     "required_distance", "time_to_goal", "unit_step",
 ]  # fmt: skip

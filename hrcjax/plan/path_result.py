@@ -33,12 +33,16 @@ class PathResult(eqx.Module):
     """Whether the curve stays within the bounds."""
     joints: Float[Array, "waypoint joint"] | None = None
     """Joint positions at the waypoints, if the whole arm was planned for [rad]."""
+    ratio: Float[Array, "waypoint"] | None = None
+    """U_rep / U_att at the waypoints, by which the law of motion slows; None: 0 [1]."""
+    free: Bool[Array, ""] | None = None
+    """Whether no two links touch that are not neighbours; None: not looked at."""
 
     @property
     def status(self) -> Int[Array, "*batch"]:
-        """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds; 7 is
-        success."""
-        bits = [self.reached, self.clear, self.inside]
+        """Bits: 1 the descent reached the goal, 2 the required distances are kept, 4 within the bounds, 8 no link touches
+        another; without 1 the path is as good, as other guesses led to it."""
+        bits = [self.reached, self.clear, self.inside, jnp.ones_like(self.clear) if self.free is None else self.free]
         return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
 
 

@@ -11,7 +11,7 @@ from hrcjax.field.grid import GridLayout
 from hrcjax.map import MapLayout
 from hrcjax.presence import CELL_VOXELS, VoxelLayout
 from hrcjax.robot import Arm
-from hrcjax.sim.default_parts import GP_FIELD, POTENTIAL_PLANNER, SEPARATION_MONITOR, rmp_policy
+from hrcjax.sim.default_parts import ARM_PLANNER, GP_FIELD, SEPARATION_MONITOR, rmp_policy
 from hrcjax.sim.parts import FieldPart, PlanFn, PolicyFn, SafetyPart
 from hrcjax.sim.sensing import MOVING_CAPACITY, Frames
 from hrcjax.sim.survey import SCENE_LAYOUT
@@ -43,7 +43,7 @@ class Cell:
     """Everything static: the arm, the parts, the rates and the sizes of arrays. Programs close over it."""
 
     arm: Arm
-    plan: PlanFn = POTENTIAL_PLANNER
+    plan: PlanFn = ARM_PLANNER
     """The planner."""
     field: FieldPart = GP_FIELD
     """The distance field that policy and safety read."""

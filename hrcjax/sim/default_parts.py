@@ -1,5 +1,7 @@
 """The default parts of a cell: the two papers' planner, field, policy and monitor."""
 
+from functools import cache
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,9 +11,21 @@ from hrcjax.field.least import log_least_weight, nearest_bound
 from hrcjax.field.scene_union import scene_and_people
 from hrcjax.geom.cloud import Cloud
 from hrcjax.numerics import safe_norm, unit
-from hrcjax.plan import PathParams, PathResult, PlanParams, PlanSizes, plan
+from hrcjax.plan import (
+    ArmPathParams,
+    ArmPlanSizes,
+    PathParams,
+    PathResult,
+    PlanBody,
+    PlanParams,
+    PlanSizes,
+    arm_body,
+    plan,
+    plan_arm,
+)
 from hrcjax.policy import JointLimits, PolicyParams, policy_acceleration
 from hrcjax.presence.cloud import COARSE_FROM
+from hrcjax.robot import Arm
 from hrcjax.safety import (
     SafetyDecision,
     SafetyParams,
@@ -33,9 +47,14 @@ from hrcjax.sim.parts import (
     Separation,
     Task,
 )
+from hrcjax.sim.joints_along import joints_along
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Float, Joints, Vector3
 
+BODY_INFLATION = 0.01
+"""Most that the spheres by which the planner knows the arm stand out of its capsules [m]."""
+WAY_TO_GOAL = 12
+"""Places on the straight line from start to goal at which the joints follow, to the configuration at the goal."""
 COARSE_EDGE = 0.1
 """Edge of the cubes that share a point beyond `COARSE_FROM` [m]."""
 
@@ -56,6 +75,37 @@ def potential_planner(sizes: PlanSizes | None = None) -> PlanFn:
         )  # fmt: skip
 
     return potential_plan
+
+
+@cache
+def planned_body(arm: Arm) -> PlanBody:
+    """The moving links of an arm above its table."""
+    return arm_body(arm, BODY_INFLATION, floor=0.0)
+
+
+def arm_planner(sizes: ArmPlanSizes | None = None) -> PlanFn:
+    """The potential field of the whole arm in its joints, with the optimiser of length, bending energy and repulsion (Robotica
+    2025, sections 2.3 and 2.4).
+
+    Args:
+        sizes: number of control points, samples, guesses and iterations.
+    """
+    chosen = ArmPlanSizes() if sizes is None else sizes
+
+    def arm_plan(params: ArmPathParams, task: Task) -> PathResult:
+        scene, q_start = task.scene, task.q_start
+        line = jnp.linspace(0, 1, WAY_TO_GOAL, dtype=q_start.dtype)[1:, None]
+        q_goal = joints_along(task.arm, q_start, scene.start + line * (scene.goal - scene.start))[-1]
+        path = plan_arm(
+            params, task.potential, planned_body(task.arm), q_start, q_goal, task.distances, scene.radius, scene.lower,
+            scene.upper, chosen,
+        )  # fmt: skip
+        return PathResult(
+            path.tool, path.length, path.bending_energy, path.clearance, path.violation, path.reached, path.clear, path.inside,
+            path.joints, path.ratio, path.free,
+        )  # fmt: skip
+
+    return arm_plan
 
 
 class Standing(eqx.Module):
@@ -148,5 +198,6 @@ def separation_monitor(
 
 
 POTENTIAL_PLANNER = potential_planner()
+ARM_PLANNER = arm_planner()
 GP_FIELD = FieldPart(fit_fields, read_fields)
 SEPARATION_MONITOR = SafetyPart(initial_zone, separation_monitor, lambda params: params.ssm)

@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 
 from hrcjax.field import FieldParams
-from hrcjax.plan import PathParams, PotentialParams
+from hrcjax.plan import ArmPathParams, PotentialParams
 from hrcjax.policy import CollisionParams, PolicyParams, TargetParams
 from hrcjax.safety import ClockParams, SafetyParams, SsmParams
 
@@ -61,8 +61,8 @@ class Params(eqx.Module):
 
     potential: PotentialParams = eqx.field(default_factory=PotentialParams)
     """Potential field, which planner, path clock and motion policy share."""
-    plan: Any = eqx.field(default_factory=PathParams)
-    """Planner; by default the path optimiser."""
+    plan: Any = eqx.field(default_factory=ArmPathParams)
+    """Planner; by default the path optimiser of the whole arm."""
     field: Any = eqx.field(default_factory=FieldParams)
     """Distance field; by default the Gaussian-process distance field."""
     policy: Any = eqx.field(default_factory=following_policy)

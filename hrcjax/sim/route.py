@@ -5,14 +5,13 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.plan import PathCurve, PathResult, equally_spaced, path_curve
-from hrcjax.robot import Arm, inverse_kinematics, tool_frame
+from hrcjax.robot import Arm, tool_frame
 from hrcjax.sim.cell import TOOL_REACH
+from hrcjax.sim.joints_along import joints_along
 from hrcjax.typing import Array, Float, Joints, Matrix3, Scalar, Vector3
 
 JOINT_LENGTH = 0.1
 """Length that a joint's radian counts in the length of a route, so that a turn in place takes time too [m/rad]."""
-FOLLOWING = 8
-"""Steps of the inverse kinematics from one waypoint to the next."""
 
 
 class Route(eqx.Module):
@@ -44,25 +43,8 @@ def tool_axes(x: Vector3, R: Matrix3, reach: float = TOOL_REACH) -> Float[Array,
     return x + reach * jnp.stack([jnp.zeros_like(x), R[:, 0], R[:, 1]])
 
 
-def joints_along(arm: Arm, q_start: Joints, waypoints: Float[Array, "waypoint 3"]) -> Float[Array, "waypoint joint"]:
-    """Joint positions that take the tool through waypoints with the orientation of the start, one after another [rad]."""
-    R, _ = tool_frame(arm, q_start)
-
-    def one(q: Joints, x: Vector3) -> tuple[Joints, Joints]:
-        q, _, _ = inverse_kinematics(arm, R, x, q, FOLLOWING)
-        return q, q
-
-    return jax.lax.scan(jax.checkpoint(one), q_start, waypoints)[1]
-
-
-def make_route(
-    arm: Arm, q_start: Joints, path: PathResult, ratio: Float[Array, "waypoint"] | None = None
-) -> Route:
-    """The route along a path; where the planner gave no joints, they follow the tool with the orientation of the start.
-
-    Args:
-        ratio: U_rep / U_att at the path's waypoints; None: 0 [1].
-    """
+def make_route(arm: Arm, q_start: Joints, path: PathResult) -> Route:
+    """The route along a path; where the planner gave no joints, they follow the tool with the orientation of the start."""
     if path.joints is None:
         joints = joints_along(arm, q_start, path.waypoints)
         measured = equally_spaced(jnp.concatenate([path.waypoints, JOINT_LENGTH * joints], axis=1))
@@ -77,5 +59,5 @@ def make_route(
 
     tool = jax.vmap(points)(joints)
     curve = path_curve(jnp.concatenate([tool, joints], axis=1), measured)
-    slow = jnp.zeros_like(joints[:, 0]) if ratio is None else ratio
+    slow = jnp.zeros_like(joints[:, 0]) if path.ratio is None else path.ratio
     return Route(curve, slow, tool[-1].reshape(3, 3))
