@@ -1,12 +1,16 @@
-"""Speed and separation, zones with memory, and the speed governor; as `hrcjax.safety`."""
+"""Speed and separation, zones with memory, and the speed governor; as `hrcjax.safety`.
+
+The least change of a command is solved exactly here, by nonnegative least squares.
+"""
 
 from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
-from hrcjax.safety import BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
+from hrcjax.safety import APPROACH_TOLERANCE, BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
 
 
 class Zone(NamedTuple):
@@ -137,3 +141,69 @@ def governor(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> float:
         return 0.0
     over = approach > limit
     return float((limit[over] / approach[over]).min()) if over.any() else 1.0
+
+
+def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
+    """The nearest x to qd with A x <= limit; 0 where a number is missing [rad/s].
+
+    As a least-distance problem (Lawson and Hanson, ch. 23): with z = x - qd and h = A qd - limit, the z of least length with
+    -A z >= h follows from the residual r of min |E u - (0, 1)| over u >= 0, E = (-A^T; h^T), as -r_z / r_1.
+
+    Args:
+        qd: desired joint speeds [rad/s].
+        A: speed of approach by the joint speeds, (row joint) [m].
+        limit: of every row [m/s].
+    """
+    if not np.isfinite(A).all() or np.isnan(limit).any() or not np.isfinite(qd).all():
+        return np.zeros_like(qd)
+    counts = np.isfinite(limit) & (np.abs(A).max(axis=1) > 0)
+    A, over = A[counts], A[counts] @ qd - limit[counts]
+    if (over <= 0).all():
+        return qd.copy()
+    E = np.vstack([-A.T, over])
+    u, _ = nnls(E, np.append(np.zeros_like(qd), 1.0), maxiter=100 * len(over))
+    r = E @ u
+    x = qd + r[:-1] / (1.0 - r[-1]) if r[-1] < 1.0 else np.zeros_like(qd)
+    approach, most = A @ x, np.maximum(limit[counts], 0.0) + APPROACH_TOLERANCE
+    late = approach > most
+    return x * min(1.0, (most[late] / approach[late]).min(initial=1.0))
+
+
+def governed(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> NDArray:
+    """The nearest joint speeds with which no point approaches a surface faster than its limit [rad/s].
+
+    Args:
+        qd: desired joint speeds [rad/s].
+        J: Jacobians of the points, (point 3 joint) [m/rad].
+        g: gradients of the distances, (point surface 3) [1].
+        limit: of every point and surface; infinite: none [m/s].
+    """
+    size = np.sqrt((g * g).sum(axis=-1))
+    lost = size < 0.5
+    rows = -np.einsum("psi,pij->psj", g / np.where(lost, 1.0, size)[..., None], J)
+    rows[lost] = 0.0
+    x = least_change(qd, rows.reshape(-1, len(qd)), limit.ravel())
+    speed = np.sqrt(((J @ x) ** 2).sum(axis=1))
+    most = np.where(lost, np.maximum(limit, 0.0), np.inf).min(axis=1)
+    fast = speed > most
+    return x * min(1.0, (most[fast] / speed[fast]).min(initial=1.0))
+
+
+def path_speed(qd_per_speed: NDArray, A: NDArray, limit: NDArray) -> float:
+    """The largest speed along a joint direction within the limits; infinite where nothing approaches [m/s]."""
+    slope = A @ qd_per_speed
+    if not np.isfinite(slope).all() or np.isnan(limit).any():
+        return 0.0
+    towards = slope > 0
+    return float((np.maximum(limit[towards], 0.0) / slope[towards]).min(initial=np.inf))
+
+
+def surface_limit(d: NDArray, brake: float, margin: float, reaction: float = 0.008, floor: float = 0.0) -> NDArray:
+    """The speed from which the way to the margin suffices for the reaction and to stop [m/s]: v T + v^2 / 2 a = d - margin."""
+    left = np.maximum(d - margin, 0.0)
+    return np.maximum(brake * (np.sqrt(reaction**2 + 2 * left / brake) - reaction), floor)
+
+
+def between_factor(D: NDArray, half_gap: NDArray) -> NDArray:
+    """Factor on the limit of a control point at D that covers the link to its neighbours [1]."""
+    return np.sqrt(np.maximum(1.0 - (half_gap / np.maximum(D, half_gap)) ** 2, 0.0))

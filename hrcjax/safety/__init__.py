@@ -1,7 +1,10 @@
 """Speed and separation, power and force, zones, and the clock of a path. Research software, not safety-rated."""
 
+from hrcjax.safety.between import between_factor, half_gaps
 from hrcjax.safety.clock import ClockState, advance, initial_clock, stop_length
+from hrcjax.safety.governed import approach_rows, governed, has_direction, unit_direction
 from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
+from hrcjax.safety.least_change import APPROACH_TOLERANCE, UNLIMITED, least_change
 from hrcjax.safety.monitor import (
     HEAD_NEAR,
     INVALID_FRAME,
@@ -14,6 +17,7 @@ from hrcjax.safety.monitor import (
     monitor,
 )
 from hrcjax.safety.params import ClockParams, PflParams, SafetyParams, SsmParams, ZoneParams
+from hrcjax.safety.path_speed import path_speed
 from hrcjax.safety.pfl import (
     BODY_REGIONS,
     BodyRegion,
@@ -34,6 +38,7 @@ from hrcjax.safety.ssm import (
     stopping_distance,
     stopping_time,
 )
+from hrcjax.safety.surface_limit import surface_limit
 from hrcjax.safety.zones import (
     GREEN,
     RED,
@@ -50,11 +55,13 @@ from hrcjax.safety.zones import (
 )
 
 __all__ = [
-    "BODY_REGIONS", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "MISSING_DATA", "OLD_DATA", "RED", "STOP", "TOO_CLOSE",
-    "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState", "PflParams", "SafetyDecision",
-    "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance", "allowed_speed",
-    "approach_speeds", "assumed_human_speed", "contact_mobility", "describe", "effective_mass", "governor", "guard",
-    "initial_clock", "initial_zone", "monitor", "pfl_speed", "pfl_speeds", "protective_distance", "reduced_mass",
-    "reduced_mass_of_mobility", "reflected_mass", "safe_distance", "separation_distance", "speed_scale", "stop_length",
-    "stopping_distance", "stopping_time", "update_zone", "zone_at", "zone_speed", "zone_thresholds",
+    "APPROACH_TOLERANCE", "BODY_REGIONS", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "MISSING_DATA", "OLD_DATA", "RED",
+    "STOP", "TOO_CLOSE", "UNLIMITED", "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState",
+    "PflParams", "SafetyDecision", "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance",
+    "allowed_speed", "approach_rows", "approach_speeds", "assumed_human_speed", "between_factor", "contact_mobility",
+    "describe", "effective_mass", "governed", "governor", "guard", "half_gaps", "has_direction", "initial_clock",
+    "initial_zone", "least_change", "monitor", "path_speed", "pfl_speed", "pfl_speeds", "protective_distance",
+    "reduced_mass", "reduced_mass_of_mobility", "reflected_mass", "safe_distance", "separation_distance",
+    "speed_scale", "stop_length", "stopping_distance", "stopping_time", "surface_limit", "unit_direction",
+    "update_zone", "zone_at", "zone_speed", "zone_thresholds",
 ]  # fmt: skip

@@ -1,0 +1,198 @@
+"""The least change of a command: against an exact solution, its laws, a retreat that is always possible, and missing numbers."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from hrcjax.reference import safety as serial
+from hrcjax.safety import APPROACH_TOLERANCE, SafetyParams, approach_rows, governed, least_change, path_speed
+from hrcjax.safety import separation_distance as S_p
+
+few = settings(max_examples=40, deadline=None)
+change = jax.jit(least_change, static_argnames="iterations")
+seeds = st.integers(0, 2**31 - 1)
+ROWS = 60
+
+
+def problem(seed, dtype=np.float64, stop=0.3):
+    """Rows of an arm-like set: points along a line that turns about six axes, several people; some limits are 0."""
+    rng = np.random.default_rng(seed)
+    axes, through = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)) * 0.3
+    points = np.outer(np.linspace(0.2, 1.0, ROWS // 3), rng.normal(size=3))
+    J = np.stack([np.cross(axis, points - base) for axis, base in zip(axes, through, strict=True)], axis=2)
+    away = points[:, None] - rng.uniform(-1.5, 1.5, (1, 3, 3))
+    d = np.linalg.norm(away, axis=2)
+    A = -np.einsum("psi,pij->psj", away / d[..., None], J).reshape(ROWS, 6)
+    limit = np.where(rng.uniform() < stop, 0.0, np.clip(d - 0.5, 0.0, 0.4)).ravel()
+    return tuple(np.asarray(v, dtype) for v in (rng.normal(size=6), A, limit))
+
+
+def exact(qd, A, limit):
+    return serial.least_change(qd, A, limit)
+
+
+def test_the_exact_solution_is_that_of_a_general_solver() -> None:
+    """The oracle of the other tests, by nonnegative least squares, against sequential quadratic programming."""
+    for seed in range(6):
+        qd, A, limit = problem(seed, stop=0.0)
+        rule = {"type": "ineq", "fun": lambda x, A=A, b=limit: b - A @ x, "jac": lambda x, A=A: -A}
+        found = minimize(
+            lambda x, q=qd: 0.5 * np.sum((x - q) ** 2), 0 * qd, jac=lambda x, q=qd: x - q, constraints=rule,
+            method="SLSQP", options={"ftol": 1e-14, "maxiter": 500},
+        )  # fmt: skip
+        np.testing.assert_allclose(exact(qd, A, limit), found.x, atol=2e-6)
+
+
+@few
+@given(seeds)
+def test_it_is_the_exact_solution(seed: int) -> None:
+    arguments = problem(seed)
+    np.testing.assert_allclose(change(*map(jnp.asarray, arguments)), exact(*arguments), atol=1e-7)
+
+
+@few
+@given(seeds, st.sampled_from([1, 2, 24]), st.sampled_from([np.float32, np.float64]))
+def test_no_limit_is_passed_whatever_the_iterations(seed: int, iterations: int, dtype) -> None:
+    qd, A, limit = problem(seed, dtype)
+    got = np.asarray(change(jnp.asarray(3 * qd), jnp.asarray(A), jnp.asarray(limit), iterations=iterations))
+    assert got.dtype == dtype
+    assert (A.astype(np.float64) @ got - limit).max() <= APPROACH_TOLERANCE * (1 + 1e-4)
+
+
+@few
+@given(seeds)
+def test_what_keeps_its_limits_is_unchanged_bit_for_bit_and_a_second_time_changes_nothing(seed: int) -> None:
+    qd, A, limit = problem(seed)
+    room = jnp.asarray(np.maximum(A @ qd, 0.0) + 1e-12)
+    np.testing.assert_array_equal(change(jnp.asarray(qd), jnp.asarray(A), room), qd)
+    once = change(jnp.asarray(qd), jnp.asarray(A), jnp.asarray(limit))
+    np.testing.assert_allclose(change(once, jnp.asarray(A), jnp.asarray(limit)), once, atol=1e-7)
+    # nearer than any other command that keeps them: that of scaling, and standing still
+    asked = A @ qd
+    scale = min(1.0, (limit[asked > 0] / asked[asked > 0]).min(initial=1.0))
+    for other in (scale * qd, 0 * qd):
+        assert np.linalg.norm(once - qd) <= np.linalg.norm(other - qd) + 1e-9
+
+
+def test_a_retreat_passes_though_another_point_approaches_a_little(dtype) -> None:
+    """All 20 points are stopped; the nearest one retreats at 0.2 m/s, another approaches at 1e-5 m/s."""
+    rng = np.random.default_rng(4)
+    A = rng.normal(size=(20, 6)) * 0.4
+    qd = np.linalg.lstsq(A[:2], np.array([-0.2, 1e-5]), rcond=None)[0]
+    A = np.where((A @ qd > 0)[:, None], -A, A)
+    A[1] *= -1  # the one that approaches
+    got = np.asarray(change(jnp.asarray(qd, dtype), jnp.asarray(A, dtype), jnp.zeros(20, dtype)))
+    np.testing.assert_allclose(A[1] @ qd, 1e-5)
+    assert (A @ got).max() < (1e-7 if dtype == jnp.float64 else 2e-5)
+    assert A[0] @ got < -0.2 * 0.999
+    np.testing.assert_allclose(got, qd, atol=1e-4)
+
+
+@few
+@given(seeds)
+def test_in_a_stop_the_nearest_point_keeps_what_it_can_of_its_retreat(seed: int) -> None:
+    """The change of a cone's projection is orthogonal to what remains: nothing that could retreat is taken away."""
+    qd, A, _ = problem(seed)
+    got = np.asarray(change(jnp.asarray(qd), jnp.asarray(A), jnp.zeros(ROWS)))
+    assert abs(got @ (qd - got)) < 1e-7
+    assert (A @ got).max() < 1e-7
+
+
+def test_the_tolerance_in_terms_of_separation() -> None:
+    """S_p at the worst speeds grows by as much as the docstring says."""
+    ssm = SafetyParams().ssm
+    grown = [float(S_p(ssm, v + APPROACH_TOLERANCE, ssm.v_h_near) - S_p(ssm, v, ssm.v_h_near)) for v in (0.0, 1.0)]
+    assert max(grown) < 0.0023, grown
+
+
+def test_a_metric_of_its_own_moves_the_joints_that_it_weighs_least(dtype) -> None:
+    A, qd = jnp.asarray([[1.0, 1.0]], dtype), jnp.asarray([1.0, 1.0], dtype)
+    W = jnp.asarray([[1.0, 0.0], [0.0, 9.0]], dtype)
+    got = change(qd, A, jnp.asarray([1.0], dtype), W)
+    np.testing.assert_allclose(got, [0.1, 0.9], rtol=1e-4)  # the change goes along W^-1 a
+    np.testing.assert_allclose(change(qd, A, jnp.asarray([1.0], dtype)), [0.5, 0.5], rtol=1e-4)
+
+
+@pytest.mark.parametrize("place", ["qd", "A", "limit"])
+def test_missing_numbers_stand_still(place: str) -> None:
+    arguments = dict(zip(("qd", "A", "limit"), map(jnp.asarray, problem(0)), strict=True))
+    arguments[place] = arguments[place].at[(3,) * arguments[place].ndim].set(jnp.nan)
+    np.testing.assert_array_equal(change(**arguments), 0.0)
+
+
+def test_rows_of_zeros_and_infinite_limits_limit_nothing() -> None:
+    qd, A, limit = map(jnp.asarray, problem(1))
+    np.testing.assert_array_equal(change(qd, 0 * A, 0 * limit), qd)
+    np.testing.assert_array_equal(change(qd, A, jnp.full(ROWS, jnp.inf)), qd)
+
+
+def test_derivatives_are_those_of_finite_differences() -> None:
+    """By the command, the rows and the limits, with several rows active; and finite where all coincide."""
+    direction = np.random.default_rng(0).normal(size=6)
+    f = jax.jit(lambda qd, A, limit: jnp.dot(least_change(qd, A, limit), jnp.asarray(direction)))
+    slope = jax.jit(jax.grad(f, argnums=(0, 1, 2)))
+    for seed in (0, 3, 5):
+        at = [jnp.asarray(v) for v in problem(seed, stop=0.0)]
+        found = slope(*at)
+        rng, h = np.random.default_rng(seed), 1e-6
+        for k in range(3):
+            way = jnp.asarray(rng.normal(size=at[k].shape))
+            ends = [f(*(v + s * h * way if i == k else v for i, v in enumerate(at))) for s in (1, -1)]
+            np.testing.assert_allclose(jnp.sum(found[k] * way), (ends[0] - ends[1]) / (2 * h), rtol=1e-4, atol=1e-6)
+        assert float(jnp.abs(found[2]).max()) > 0.05, "a limit must count"
+    qd, A, limit = (jnp.asarray(v) for v in problem(0))
+    for arguments in ((0 * qd, A, 0 * limit), (qd, 0 * A, limit), (qd, A.at[:].set(A[0]), 0 * limit)):
+        assert all(bool(jnp.isfinite(v).all()) for v in slope(*arguments))
+
+
+def test_points_without_direction_are_scaled_and_gradients_made_unit(dtype) -> None:
+    J = jnp.broadcast_to(jnp.eye(3, dtype=dtype), (1, 3, 3))
+    g = jnp.asarray([[[0.6, 0.0, 0.0], [0.0, 0.0, 0.1]]], dtype)
+    run = jax.jit(governed)
+    limit = jnp.asarray([[0.1, jnp.inf]], dtype)
+    got = run(jnp.asarray([-1.0, 0.5, 0.0], dtype), J, g, limit)
+    np.testing.assert_allclose(got, [-0.1, 0.5, 0.0], rtol=1e-5)  # a short gradient would allow 0.1 / 0.6
+    got = run(jnp.asarray([-1.0, 0.0, 1.0], dtype), J, g, limit.at[0, 1].set(0.05))
+    np.testing.assert_allclose(jnp.linalg.norm(got), 0.05, rtol=1e-5)
+    np.testing.assert_array_equal(run(jnp.asarray([-1.0, 0.0, 1.0], dtype), J, g.at[0, 1].set(jnp.nan), limit), 0.0)
+
+
+@few
+@given(seeds)
+def test_the_serial_governor_does_the_same(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    J, g, qd = rng.normal(size=(6, 3, 6)), rng.normal(size=(6, 2, 3)), rng.normal(size=6)
+    g[0] *= 0.2 / np.linalg.norm(g[0], axis=1, keepdims=True)
+    limit = np.where(rng.uniform(size=(6, 2)) < 0.3, np.inf, rng.uniform(0, 0.5, (6, 2)))
+    ours = jax.jit(governed)(*map(jnp.asarray, (qd, J, g, limit)))
+    np.testing.assert_allclose(ours, serial.governed(qd, J, g, limit), atol=1e-7)
+
+
+@few
+@given(seeds)
+def test_speed_along_a_path(seed: int) -> None:
+    qd, A, limit = problem(seed, stop=0.0)
+    v = float(path_speed(*map(jnp.asarray, (qd, A, limit))))
+    np.testing.assert_allclose(v, serial.path_speed(qd, A, limit))
+    slope = A @ qd
+    assert np.isfinite(v) == (slope > 0).any()
+    if np.isfinite(v):
+        assert (v * slope <= limit + 1e-12).all() and (1.001 * v * slope + 1e-12 > limit).any()
+    assert path_speed(jnp.asarray(qd), jnp.asarray(-np.abs(A) * np.sign(qd)), jnp.asarray(0 * limit)) == jnp.inf
+    assert path_speed(jnp.asarray(qd), jnp.asarray(A), jnp.asarray(0 * limit)) == (0 if np.isfinite(v) else np.inf)
+    assert path_speed(jnp.asarray(qd), jnp.asarray(A).at[0, 0].set(jnp.nan), jnp.asarray(limit)) == 0
+    assert bool(jnp.isfinite(jax.grad(path_speed)(jnp.asarray(qd), jnp.asarray(A), jnp.asarray(limit))).all())
+
+
+def test_a_second_person_behind_the_arm_is_met_by_its_own_limit() -> None:
+    """Walls at 0.30 and 0.36 m on both sides: what the nearer one alone lets pass, the rows of both do not."""
+    J = jnp.broadcast_to(jnp.eye(3), (1, 3, 3))
+    g = jnp.asarray([[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]])
+    limit, towards_second = jnp.asarray([[0.0, 0.05]]), jnp.asarray([1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(governed(towards_second, J, g[:, :1], limit[:, :1]), towards_second)
+    np.testing.assert_allclose(governed(towards_second, J, g, limit), [0.05, 0.0, 0.0], rtol=1e-6)
+    assert approach_rows(J, g).shape == (2, 3)
