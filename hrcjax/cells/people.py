@@ -1,5 +1,6 @@
 """The people of a cell by name: generated or recorded motions, several at once."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,10 @@ from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joint
 
 FASTEST = 8.0
 """Largest plausible speed of a joint in a recording; faster is a jump [m/s]."""
+ONCE = 10.0
+"""Time in which a motion that comes and goes is played; then its last pose is held [s]."""
+COME_AND_GO = ("reach_in", "pass_by")
+"""These motions; the others go on for as long as the episode."""
 PERSON_RATE = 30.0
 """Rate of the poses of a person [Hz]."""
 
@@ -29,6 +34,12 @@ def make_people(name: str, scene: Scene, seed: int, duration: float, places: int
     return together([make_person(one, scene, seed + 1000 * k, duration) for k, one in enumerate(names)])
 
 
+def _held(person: Person, frames: int) -> Person:
+    """The same person, in the last pose up to the last frame."""
+    at = np.minimum(np.arange(frames), person.a.shape[0] - 1)
+    return replace(person, a=person.a[at], b=person.b[at], present=person.present[at])
+
+
 def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
     """A motion by name, or a recorded one: see `hrcjax.io.motions.spec`.
 
@@ -36,7 +47,8 @@ def make_person(name: str, scene: Scene, seed: int, duration: float) -> Person:
         ValueError: no such motion, or a missing or broken file.
     """
     if name in MOTIONS:
-        return motion_named(name, scene, seed, duration, PERSON_RATE)
+        lasting = min(duration, ONCE) if name in COME_AND_GO else duration
+        return _held(motion_named(name, scene, seed, lasting, PERSON_RATE), round(duration * PERSON_RATE) + 1)
     motion = _recording(name, duration)
     return person_from_joints(motion.positions, motion.names, motion.rate, scene, duration, PERSON_RATE)
 

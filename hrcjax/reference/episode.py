@@ -136,7 +136,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         d_all, g_all, d_person, g_person = read(seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x)
         clearance = d_all - radii
         separation = d_person - (radii + COVER_MARGIN)[:, None]
-        people = towards(separation, g_person, body.J)
+        people = towards(robot, separation, g_person, body.J)
         approach = people.speeds(qd)
         now = latest(seen, time - cell.latency)
         guarded = seen.guarded[frame] or seen.guarded[now]
@@ -157,9 +157,9 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         bad = not np.isfinite(asked).all()
         ahead = qd + limit_acceleration(brake if bad else asked, q, qd, limits, dt) * dt
         if cell.motion == "path":
-            ahead = speed_scale(people.speeds(ahead), decision.point_limit) * ahead
+            ahead = speed_scale(people.speeds(ahead), people.share * decision.point_limit) * ahead
         else:
-            ahead = govern(params.motion, ahead, people, decision.point_limit, towards(clearance[:, None], g_all[:, None], body.J))
+            ahead = govern(params.motion, ahead, people, decision.point_limit, towards(robot, clearance[:, None], g_all[:, None], body.J))
         qdd = limit_acceleration(brake if decision.hold else (ahead - qd) / dt, q, qd, limits, dt)
         tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
         rows.append(

@@ -12,8 +12,10 @@ from hrcjax.reference.clock import Clock, advance
 from hrcjax.reference.motion import Limits, Motion
 from hrcjax.reference.policy import policy_acceleration
 from hrcjax.reference.route import SerialRoute, law_speed
-from hrcjax.reference.safety import Decision, least_change, path_speed, speed_scale, surface_limits
+from hrcjax.reference.safety import Decision, between_factor, least_change, path_speed, speed_scale, surface_limit
+from hrcjax.robot import Arm
 from hrcjax.sim import Cell, MotionParams, Params
+from hrcjax.safety import half_gaps
 from hrcjax.sim.govern import LOST
 
 
@@ -31,6 +33,7 @@ class Approach:
     """Rows of the approach: the nearest surface of all points first."""
 
     distance: NDArray
+    share: NDArray
     A: NDArray
     J: NDArray
     lost: NDArray
@@ -41,7 +44,7 @@ class Approach:
         return np.where(self.lost, np.linalg.norm(self.J @ qd, axis=-1), along) if self.lost.any() else along
 
 
-def towards(distance: NDArray, g: NDArray, J: NDArray) -> Approach:
+def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     """Rows of points towards surfaces.
 
     Args:
@@ -52,15 +55,18 @@ def towards(distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     A = -np.einsum("psk,pkj->spj", g, J)
     lost = ((g * g).sum(axis=-1) < 0.25) & (distance < LOST)
     surfaces = distance.shape[1]
-    return Approach(distance.T.ravel(), A.reshape(-1, A.shape[-1]), np.tile(J, (surfaces, 1, 1)), lost.T.ravel())
+    gaps = half_gaps(arm.control_links, arm.control_offsets)
+    share = between_factor(distance + arm.control_radii[:, None], gaps[:, None])
+    return Approach(distance.T.ravel(), share.T.ravel(), A.reshape(-1, A.shape[-1]), np.tile(J, (surfaces, 1, 1)), lost.T.ravel())
 
 
 def govern(params: MotionParams, qd: NDArray, people: Approach, limit: NDArray, standing: Approach) -> NDArray:
     """The joint speeds nearest to those asked for with which every row keeps its limit [rad/s]."""
+    limit = limit * people.share
     qd = speed_scale(np.where(people.lost, people.speeds(qd), 0.0), limit) * qd
-    stop = surface_limits(standing.distance, params.surface_brake, params.surface_margin)
+    stop = surface_limit(standing.distance, params.surface_brake, params.surface_margin)
     A = np.concatenate([np.where(people.lost[:, None], 0.0, people.A), standing.A])
-    return least_change(qd, A, np.concatenate([limit, stop]))
+    return least_change(qd, A, np.concatenate([limit, stop * standing.share]))
 
 
 def guide(
@@ -94,7 +100,7 @@ def guide(
     off = float(np.linalg.norm(place[:3] - tool.x[0]))
     pace = min(top, route.pace(params.potential, clock.s))
     if cell.motion == "path":
-        pace = min(pace, path_speed(tangent[9:], people.A, decision.point_limit)) * exp(-((off / motion.lag) ** 2))
+        pace = min(pace, path_speed(tangent[9:], people.A, people.share * decision.point_limit)) * exp(-((off / motion.lag) ** 2))
     else:
         pace *= exp(-((off / motion.leash) ** 2))
     after = advance(motion.clock, clock, pace, route.curve.length - clock.s, cell.dt, hold)

@@ -31,6 +31,8 @@ class Decision(NamedTuple):
     """Largest speed of every point towards the person [m/s]."""
     hold: bool
     """Whether the arm must stop."""
+    any_limit: float
+    """Largest speed of the reference in any direction [m/s]."""
 
 
 def safe_distance(params: SsmParams, v: float) -> float:
@@ -111,8 +113,10 @@ class Monitor:
         finite = bool(np.isfinite(d).all() and np.isfinite(approach).all())
         hold = not abs(age) <= params.max_age or not finite or not valid
         state = self.update(state, float(d.min()), hold, YELLOW if guarded else GREEN)
+        slow = state.zone in (RED, STOP) or guarded
+        any_limit = 0.0 if hold else params.zone.red_speed if slow else params.zone.nominal_speed
         if hold or state.zone == STOP:
-            return state, Decision(np.zeros_like(d), hold)
+            return state, Decision(np.zeros_like(d), hold, any_limit)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
@@ -120,7 +124,7 @@ class Monitor:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
         if guarded:
             limit = np.minimum(limit, self.params.zone.red_speed)
-        return state, Decision(limit, hold)
+        return state, Decision(limit, hold, any_limit)
 
 
 def governor(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> float:

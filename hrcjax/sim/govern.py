@@ -5,8 +5,8 @@ import jax.numpy as jnp
 
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import safe_norm
-from hrcjax.safety import speed_scale
-from hrcjax.safety._stub import least_change, surface_limit
+from hrcjax.robot import Arm
+from hrcjax.safety import between_factor, half_gaps, least_change, speed_scale, surface_limit
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Clearance
@@ -21,6 +21,8 @@ class Rows(eqx.Module):
 
     distance: Float[Array, "row"]
     """Distance to the surface [m]."""
+    share: Float[Array, "row"]
+    """Share of a limit that the control point gets, so that the link between it and its neighbours keeps the whole [1]."""
     A: Float[Array, "row joint"]
     """Approach speed of the point per joint speed: -g . J [m]."""
     J: Float[Array, "row 3 joint"]
@@ -29,7 +31,9 @@ class Rows(eqx.Module):
     """Where the direction is not known: the whole speed of the point counts."""
 
     @staticmethod
-    def towards(distance: Float[Array, "point surface"], g: Float[Array, "point surface 3"], body: PointMotion) -> "Rows":
+    def towards(
+        arm: Arm, distance: Float[Array, "point surface"], g: Float[Array, "point surface 3"], body: PointMotion
+    ) -> "Rows":
         """The rows of control points towards surfaces; the nearest surface of all points first.
 
         Args:
@@ -37,6 +41,9 @@ class Rows(eqx.Module):
             g: gradients of these distances [1].
             body: motion of the points.
         """
+        dtype = distance.dtype
+        radii, gaps = arm.control_radii, half_gaps(arm.control_links, arm.control_offsets)
+        share = between_factor(distance + jnp.asarray(radii, dtype)[:, None], jnp.asarray(gaps, dtype)[:, None])
         A = -jnp.sum(g[..., None] * body.J[:, None], axis=-2)
         lost = (jnp.sum(g * g, axis=-1) < 0.25) & (distance < LOST)
         J = jnp.broadcast_to(body.J[:, None], (*distance.shape, *body.J.shape[1:]))
@@ -44,7 +51,7 @@ class Rows(eqx.Module):
         def rows(x: Array) -> Array:
             return jnp.swapaxes(x, 0, 1).reshape(-1, *x.shape[2:])
 
-        return Rows(rows(distance), rows(A), rows(J), rows(lost))
+        return Rows(rows(distance), rows(share), rows(A), rows(J), rows(lost))
 
     def speeds(self, qd: Joints) -> Float[Array, "row"]:
         """Approach speed of every row; negative for a retreat [m/s]."""
@@ -64,11 +71,12 @@ def govern(
         qd: joint speeds asked for [rad/s].
         limit: largest approach speed of every row [m/s].
     """
+    limit = limit * people.share
     if cell.motion == "path":
         return speed_scale(people.speeds(qd), limit) * qd
     whole = jnp.where(people.lost, people.speeds(qd), 0.0)
     qd = speed_scale(whole, limit) * qd
-    standing = Rows.towards(room.distance[:, None], room.gradient[:, None], body)
+    standing = Rows.towards(cell.arm, room.distance[:, None], room.gradient[:, None], body)
     stop = surface_limit(standing.distance, params.motion.surface_brake, params.motion.surface_margin)
     A = jnp.concatenate([jnp.where(people.lost[:, None], 0.0, people.A), standing.A])
-    return least_change(qd, A, jnp.concatenate([limit, stop]))
+    return least_change(qd, A, jnp.concatenate([limit, stop * standing.share]))

@@ -11,8 +11,7 @@ import jax.numpy as jnp
 from hrcjax.numerics import safe_norm, unit
 from hrcjax.plan import law_speed
 from hrcjax.policy import JointLimits
-from hrcjax.safety import ClockState, SafetyDecision, advance
-from hrcjax.safety._stub import path_speed
+from hrcjax.safety import ClockState, SafetyDecision, advance, path_speed
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.govern import Rows
 from hrcjax.sim.params import Params
@@ -62,7 +61,7 @@ def guide(
     law = law_speed(params.potential, route.length - s, route.ratio_at(s))
     off = safe_norm(place[:3] - arm.tool.x[0])
     if cell.motion == "path":
-        pace = jnp.minimum(path_speed(tangent[9:], people.A, decision.point_limit), jnp.minimum(top, law))
+        pace = jnp.minimum(path_speed(tangent[9:], people.A, people.share * decision.point_limit), jnp.minimum(top, law))
         pace = pace * jnp.exp(-((off / motion.lag) ** 2))
     else:
         pace = jnp.minimum(top, law) * jnp.exp(-((off / motion.leash) ** 2))

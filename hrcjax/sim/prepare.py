@@ -23,6 +23,8 @@ from hrcjax.sim.watch import Stage, stage_of
 from hrcjax.typing import Array, Float, Int, Joints, PRNGKeyArray, Vector3
 from hrcjax.world import Person, Scene
 
+NOMINAL = 6.0
+"""Time of the nominal robot's motion in the images, or 0.6 of a shorter episode [s]."""
 LEAD = 0.2
 """Time before the episode from which on the cameras watch: images are there when it starts [s]."""
 POSE_ERROR = (1e-3, 1e-2)
@@ -135,7 +137,7 @@ def make_world(
     q_goal = posture_at(cell, scene.goal)
     stamps, cameras = frame_stamps(cell, rig)
     times, cameras = jnp.asarray(stamps, q_goal.dtype), jnp.asarray(cameras)
-    q = nominal_motion(known.q_start, q_goal, times, 0.6 * cell.ticks * cell.dt)
+    q = nominal_motion(known.q_start, q_goal, times, min(0.6 * cell.ticks * cell.dt, NOMINAL))
     sizes = (cell.voxels, cell.moving_points * cell.people, cell.latency)
     frames = _sense(cell.arm, sizes, known, q, times, cameras, frame_key, params)
     return World(scene, person, frames, known.q_start)

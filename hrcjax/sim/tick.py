@@ -186,7 +186,7 @@ def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> 
     away = unit_where_long(away) if cell.field.unit_gradients else away
     distance = distance - (radii + COVER_MARGIN)[:, None]  # the margin makes it a bound for the arm's surface
     room = Clearance(seen.distance - radii, seen.gradient, distance[:, 0], away[:, 0])
-    return room, Rows.towards(distance, away, body)
+    return room, Rows.towards(cell.arm, distance, away, body)
 
 
 def unit_where_long(g: Float[Array, "... 3"]) -> Float[Array, "... 3"]:
