@@ -11,7 +11,7 @@ from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joint
 
 FASTEST = 8.0
 """Largest plausible speed of a joint in a recording; faster is a jump [m/s]."""
-ONCE = 10.0
+ONCE = 6.0
 """Time in which a motion that comes and goes is played; then its last pose is held [s]."""
 COME_AND_GO = ("reach_in", "pass_by")
 """These motions; the others go on for as long as the episode."""

@@ -7,8 +7,8 @@ from hrcjax.sim import Cell
 TOOL = (0.12, 0.03)
 """Length and radius of the tool: with the bare flange at the paper's goal, 5 cm above the table, the forearm would
 collide with the 20 cm column beside it [m]."""
-EPISODE = 14.0
-"""Length of an episode: a person comes and goes within 10 s, and the slowest arm still arrives [s]."""
+EPISODE = 12.0
+"""Length of an episode: a person comes and goes within 6 s, and the slowest arm still arrives [s]."""
 
 
 def make_cell(backend: str = "folded", variant: str = "ur5") -> Cell:

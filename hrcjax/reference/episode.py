@@ -165,7 +165,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         rows.append(
             (
                 q, qd, qdd, tau, tool.x[0], reference, travelled, separation.min(), clearance.min(), approach.max(),
-                float(decision.point_limit.min()), zone.zone, sum(bits << 8 * k for k, bits in enumerate(seen.reasons[now][:3])),
+                max(float(decision.point_limit.min()), 0.0), zone.zone, sum(bits << 8 * k for k, bits in enumerate(seen.reasons[now][:3])),
                 bad + 2 * clipped + 4 * broken,
             )
         )  # fmt: skip

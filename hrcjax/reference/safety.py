@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from hrcjax.safety import APPROACH_TOLERANCE, BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
+from hrcjax.safety.zones import RETREAT_RAMP
 
 
 class Zone(NamedTuple):
@@ -115,9 +116,13 @@ class Monitor:
         state = self.update(state, float(d.min()), hold, YELLOW if guarded else GREEN)
         slow = state.zone in (RED, STOP) or guarded
         any_limit = 0.0 if hold else params.zone.red_speed if slow else params.zone.nominal_speed
-        if hold or state.zone == STOP:
+        if hold:
             return state, Decision(np.zeros_like(d), hold, any_limit)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
+        if state.zone == STOP:
+            limit = np.minimum(limit, allowed_speeds(params.ssm, d - params.zone.hysteresis))
+            limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
+            limit = limit - params.zone.retreat_speed * np.clip((self.stop - d) / RETREAT_RAMP, 0.0, 1.0)
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)

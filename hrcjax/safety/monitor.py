@@ -37,7 +37,7 @@ class SafetyDecision(eqx.Module):
     speed_limit: Float[Array, ""]
     """Largest speed towards the person of the nearest point [m/s]."""
     point_limit: Float[Array, "point"]
-    """Largest speed towards the person of every point, by its own distance [m/s]."""
+    """Largest speed towards the person of every point, by its own distance; negative: it is asked to retreat as fast [m/s]."""
     scale: Float[Array, ""]
     """Factor in [0, 1] that the present motion must be scaled with [1]."""
     hold: Bool[Array, ""]
@@ -116,7 +116,7 @@ def monitor(
     waiting = (state.zone == STOP) & (reasons == 0)
     return state, SafetyDecision(
         zone=state.zone,
-        speed_limit=jnp.min(limit),
+        speed_limit=jnp.maximum(jnp.min(limit), 0.0),
         point_limit=limit,
         scale=scale,
         hold=hold,

@@ -16,6 +16,8 @@ YELLOW = 1
 RED = 2
 STOP = 3
 ZONE_NAMES = ("green", "yellow", "red", "stop")
+RETREAT_RAMP = 0.1
+"""How far below S_p(0) a point is when it is asked to retreat at the whole retreat speed [m]."""
 
 
 class ZoneThresholds(eqx.Module):
@@ -121,7 +123,10 @@ def zone_speed(
     """Largest speed towards the person in a zone [m/s].
 
     Green and yellow: v(d), not above the nominal speed (in green v(d) exceeds it). Red: at most the red speed, the
-    PFL speed and v(d); with `red_only_slows`, or without `red_follows_separation`, v(d) does not count there. Stop: 0.
+    PFL speed and v(d); with `red_only_slows`, or without `red_follows_separation`, v(d) does not count there. Stop: 0 for a
+    point nearer than the distance at which the stop ends, `hysteresis` beyond S_p(0); farther points of the arm, which move
+    in a retreat too, get v(d - hysteresis), and at most the red and the PFL speed. Below S_p(0) it is negative: the point is
+    asked to retreat, from `RETREAT_RAMP` below on at the retreat speed.
 
     Args:
         d: distance robot to person [m].
@@ -133,4 +138,7 @@ def zone_speed(
     red = jnp.minimum(separated if bounded else params.zone.nominal_speed, params.zone.red_speed)
     if pfl_speed is not None:
         red = jnp.minimum(red, pfl_speed)
-    return jnp.where(zone == STOP, 0.0, jnp.where(zone == RED, red, separated))
+    away = jnp.minimum(allowed_speed(params.ssm, d - params.zone.hysteresis, v_h), red)
+    within = jnp.clip((zone_thresholds(params).stop - d) / RETREAT_RAMP, 0.0, 1.0)
+    away = away - params.zone.retreat_speed * within
+    return jnp.where(zone == STOP, away, jnp.where(zone == RED, red, separated))
