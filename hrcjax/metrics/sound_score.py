@@ -95,7 +95,7 @@ def sound_time(ideal: Scalar, time: Scalar) -> Float[Array, ""]:
         time: [s].
     """
     time = jnp.asarray(time)
-    return 100 * jnp.minimum(safe_divide(ideal * jnp.ones_like(time), time, 1.0), 1.0)
+    return 100 * jnp.minimum(safe_divide(jnp.full_like(time, ideal), time, 1.0), 1.0)
 
 
 def sound_jerk(log_dimensionless_jerk: Scalar, scale: Scalar) -> Float[Array, ""]:
