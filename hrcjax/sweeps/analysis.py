@@ -15,6 +15,8 @@ from hrcjax.sweeps.summary import axis_labels, metric_names, ranking, select, se
 from hrcjax.sweeps.variance import sobol_indices
 
 SECTION = "sweep_analysis"
+SHARES = ("success_share", "distinct_share", "best_inside_axes")
+"""The rows that are not of a knob."""
 MEASURES = (
     "score_sound", "score_overall", "time_to_goal", "clearance", "separation", "tool_bending_energy", "tool_length",
 )  # fmt: skip
@@ -43,6 +45,10 @@ class KnobEffects(NamedTuple):
     """First-order Sobol index, (knob, metric) [1]."""
     total: np.ndarray
     """Total Sobol index, (knob, metric) [1]."""
+
+    def kinds(self) -> dict[str, np.ndarray]:
+        """The numbers by the beginning of their rows' names."""
+        return {"line_range": self.line_range, "sobol_first": self.first, "sobol_total": self.total}
 
 
 def knob_name(results: xr.Dataset, label: str) -> str:
@@ -110,6 +116,13 @@ def best_inside_axes(results: xr.Dataset, by: str) -> int:
     )
 
 
+def measures_of(results: xr.Dataset, by: str) -> list[str]:
+    """The metrics of the analysis: those of `MEASURES` that the run has, or else all; the one for ranking first."""
+    known = metric_names(results)
+    names = [name for name in MEASURES if name in known]
+    return list(dict.fromkeys([by, *(names if len(names) > 1 else known)]))
+
+
 def knob_effects(results: xr.Dataset, metrics: Sequence[str] = MEASURES) -> KnobEffects:
     """Line ranges and Sobol indices of every knob and metric of a full grid.
 
@@ -140,21 +153,26 @@ def knob_effects(results: xr.Dataset, metrics: Sequence[str] = MEASURES) -> Knob
     return KnobEffects([knob_name(results, label) for label in labels], labels, names, ranges, first, total)
 
 
-def analysis_rows(results: xr.Dataset, by: str = "", effects: KnobEffects | None = None) -> dict[str, Row]:
+def effects_of(results: xr.Dataset, by: str) -> KnobEffects | None:
+    """The effects of the knobs on `measures_of`; None for a sample, or where nothing can be told."""
+    if not is_grid(results):
+        return None
+    effects = knob_effects(results, measures_of(results, by))
+    return effects if np.isfinite(effects.line_range).any() else None
+
+
+def analysis_rows(results: xr.Dataset, by: str, effects: KnobEffects | None) -> dict[str, Row]:
     """The rows of the section `sweep_analysis`. Those that cannot be told, for want of successful settings or of a grid, are absent.
 
     Args:
-        by: metric for ranking the settings; that of the run if empty.
-        effects: those of `knob_effects`, if known.
+        by: metric for ranking the settings.
+        effects: those of `effects_of`.
     """
-    by = by or str(results.attrs["rank"])
     rows = {"success_share": success_share(results), "distinct_share": distinct_share(results, by)}
     if is_grid(results):
         rows["best_inside_axes"] = float(best_inside_axes(results, by))
-        effects = knob_effects(results) if effects is None else effects
-        for kind in ("line_range", "first", "total"):
-            prefix = kind if kind == "line_range" else f"sobol_{kind}"
-            for k, knob in enumerate(effects.knobs):
-                for m, metric in enumerate(effects.metrics):
-                    rows[f"{prefix}_{knob}_{metric}"] = float(getattr(effects, kind)[k, m])
+    if effects:
+        for prefix, numbers in effects.kinds().items():
+            for (k, m), value in np.ndenumerate(numbers):
+                rows[f"{prefix}_{effects.knobs[k]}_{effects.metrics[m]}"] = float(value)
     return {name: {"value": value, "unit": "1"} for name, value in rows.items() if np.isfinite(value)}

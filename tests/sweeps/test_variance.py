@@ -73,9 +73,7 @@ def test_gaps_do_not_make_one_input_look_like_another() -> None:
 def test_a_value_without_any_point_is_left_out() -> None:
     x, y = grid(5, 4)
     good = x < 0.9
-    np.testing.assert_allclose(
-        sobol_indices(np.where(good, x + y, 99.0), good), sobol_indices((x + y)[:4]), atol=1e-12
-    )
+    np.testing.assert_allclose(sobol_indices(np.where(good, x + y, 99.0), good), sobol_indices((x + y)[:4]), atol=1e-12)
 
 
 @settings(deadline=None, max_examples=25)
