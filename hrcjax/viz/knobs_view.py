@@ -156,7 +156,7 @@ def _paths(
     colours = LineCollection(list(pieces), cmap=colormaps[COLOUR_MAP], norm=norm, linewidths=3.0, zorder=6)
     colours.set_array((row.speed[column][:-1] + row.speed[column][1:]) / 2)
     axes.add_collection(colours, autolim=False)
-    draw_ends(axes, start, goal, 6)
+    draw_ends(axes, start, goal, 6.0)
     axes.set_aspect("equal")
     fault = row.fault[column]
     star = "★ " if column == row.base else ""

@@ -12,11 +12,11 @@ from hrcjax.viz.path_view import (
     PersonPoses,
     _capsule_surface,
     _solid,
-    window,
     capsule_outline,
     path_views,
     plan_view,
     view_3d,
+    window,
 )
 from hrcjax.viz.style import OBSTACLE, PERSON
 
