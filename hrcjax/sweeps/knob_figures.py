@@ -1,6 +1,7 @@
 """Figures of what each swept parameter does: sensitivity bars, line ranges, paths and speeds along it."""
 
 import json
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -9,8 +10,8 @@ from matplotlib.figure import Figure
 from hrcjax.sweeps.analysis import KnobEffects, is_grid
 from hrcjax.sweeps.dataset import WORLD_DIMS
 from hrcjax.sweeps.drawn_world import drawn_world, world_title
-from hrcjax.sweeps.summary import ranking, setting_dims
-from hrcjax.viz import KnobRow, knobs_view, range_table, sensitivity_bars
+from hrcjax.sweeps.summary import ranking, select, setting_dims
+from hrcjax.viz import KnobRow, knobs_view, range_table, sensitivity_bars, setting_view
 from hrcjax.viz.style import number, parameter_label
 
 COLUMNS = 5
@@ -61,6 +62,36 @@ def knobs_figure(results: xr.Dataset, by: str) -> Figure | None:
     settings = ", ".join(f"{parameter_label(dim)} = {number(float(best[dim]))}" for dim in dims)
     title = f"One knob at a time, from the best setting: ★ {settings}\n{world_title(results)}"
     return knobs_view(rows, time, **drawn_world(world, nearest), title=title)[0]
+
+
+def setting_figure(results: xr.Dataset, by: str, values: Mapping[str, float]) -> Figure:
+    """One setting of a grid beside the best one, in the first world.
+
+    Args:
+        values: of the swept parameters by label; the nearest on the grid is taken, the best setting's where not given.
+
+    Raises:
+        KeyError: the run has no such parameter, or no paths.
+    """
+    world = results.isel(dict.fromkeys(WORLD_DIMS, 0))
+    best = select(world, int(ranking(results, by)[0]), setting_dims(results))
+    place = {dim: values.get(dim, float(best[dim])) for dim in setting_dims(results)}
+    unknown = set(values) - set(place)
+    if unknown:
+        raise KeyError(f"no swept parameter {sorted(unknown)[0]}; there are: {', '.join(place)}")
+    one = world.sel(place, method="nearest")
+    time = world.time.values.astype(float) if "time" in world.coords else np.arange(world.sizes["time"], dtype=float)
+    curves = {}
+    for name in ("speed", "separation_t", "separation", "clearance_t"):
+        if name in one and one[name].dims == ("time",):
+            pair = tuple(part[name].values.astype(float) for part in (one, best))
+            curves[name.removesuffix("_t"), str(one[name].attrs.get("units", "1"))] = pair
+    code = int(one.status)
+    fault = json.loads(results.attrs.get("statuses", "{}")).get(str(code), f"status {code}") if code else ""
+    setting = ", ".join(f"{parameter_label(dim)} = {number(float(one[dim]))}" for dim in place)
+    title = f"{setting}: {fault or _note(one, by)}"
+    ways = (one.tool.values.astype(float), best.tool.values.astype(float))
+    return setting_view(*ways, curves, time, ("this setting", "the best one"), **drawn_world(world), title=title)[0]
 
 
 def _row(world: xr.Dataset, label: str, base: dict[str, int], time: np.ndarray, by: str) -> KnobRow:

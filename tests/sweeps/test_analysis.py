@@ -46,9 +46,9 @@ def test_line_ranges_of_an_additive_function() -> None:
 
 
 def test_line_ranges_are_medians_over_lines() -> None:
-    """x y on 0, 1: along x the range is y; of the lines at y = 0, 1/4, 1/2, 3/4, 1 the median is a half."""
-    effects = knob_effects(run(score_sound=U * V))
-    np.testing.assert_allclose(effects.line_range[:, 0], [0.5, (1 / 3 + 2 / 3) / 2, 0], atol=1e-12)
+    """x y^2 on 0, 1: along x the range is y^2; of the lines at y = 0, 1/4, 1/2, 3/4, 1 the median is a quarter."""
+    effects = knob_effects(run(score_sound=U * V**2))
+    np.testing.assert_allclose(effects.line_range[:, 0], [0.25, (1 / 3 + 2 / 3) / 2, 0], atol=1e-12)
 
 
 def test_line_range_by_hand_with_failures() -> None:

@@ -18,7 +18,7 @@ from hrcjax.sweeps.figures import (
     trade_off_figure,
     zones_figure,
 )
-from hrcjax.sweeps.knob_figures import knobs_figure, values_along
+from hrcjax.sweeps.knob_figures import knobs_figure, setting_figure, values_along
 from hrcjax.sweeps.store import open_run
 from hrcjax.sweeps.summary import best_table, ranking, select
 
@@ -149,6 +149,18 @@ def test_paths_along_a_knob_differ_in_it_alone(results: xr.Dataset) -> None:
         star = "★ " if value == float(best.k_att) else ""
         axes = panels[f"{star}$K_{{att}}$ = {value:.3g}"]
         np.testing.assert_allclose(axes.lines[1].get_xydata(), at.sel(k_att=value).tool.values[:, :2])
+
+
+def test_a_setting_beside_the_best(results: xr.Dataset) -> None:
+    figure = setting_figure(results, "score", {"k_att": 0.045, "zeta": 2.1})
+    best = select(results, int(ranking(results, "score")[0]))
+    one = results.isel(scene=0, person=0, seed=0).sel(k_att=results.k_att[2].item(), k_rep=best.k_rep.item(), zeta=2)
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    np.testing.assert_allclose(lines["this setting"].get_xydata(), one.tool.values[:, :2])
+    np.testing.assert_allclose(lines["the best one"].get_xydata(), best.tool.values[0, 0, 0][:, :2])
+    assert f"score {float(one.score):.3g}" in figure.get_suptitle() or int(one.status)
+    with pytest.raises(KeyError, match="no swept parameter gain; there are: k_att, k_rep, zeta"):
+        setting_figure(results, "score", {"gain": 1.0})
 
 
 def test_values_along_an_axis_hold_the_ends_and_the_best() -> None:
