@@ -36,15 +36,16 @@ if run is None:
     from experiments.sweep.__main__ import main
 
     run = str(root / "runs" / "notebook-knobs")
-    grid = ["K_att=log:0.005:0.1:4", "K_rep=log:1e-6:1e-3:4", "zeta=lin:1.5:5:3"]
+    grid = ["K_att=log:0.005:0.1:4", "K_rep=log:1e-6:1e-3:4", "zeta=lin:2:4:3"]
     status = main(["--grid", *grid, "--no-figures", "--out", run])
     if status not in (0, 3):
         raise SystemExit(f"the sweep ended with status {status}")
 ds = open_run(run)
 by = ds.attrs["rank"]
 print(f"score: {by}, {ds[by].attrs['long_name']}")
-print(f"{float((ds.status == 0).mean()):.0%} of the settings succeed; the score is between the following:")
-print(float(ds[by].min()), float(ds[by].max()))
+print(
+    f"{float((ds.status == 0).mean()):.0%} of the settings succeed; scores from {float(ds[by].min()):.1f} to {float(ds[by].max()):.1f}"
+)
 
 # %% [markdown]
 # ## Which knob matters for what

@@ -37,6 +37,7 @@ def setting_view(
     above = figure.add_subplot(grid[:, 0])
     lines = [PathLine(other, names[1], OTHER), PathLine(tool, names[0], BEST)]
     plan_view(lines, obstacles, person, start, goal, axes=above)
+    above.legend(fontsize=7.5, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.12), frameon=False)
     panels: list[Axes] = []
     for k, ((name, unit), (values, others)) in enumerate(curves.items()):
         axes = figure.add_subplot(grid[k, 1], sharex=panels[0] if panels else None)
