@@ -21,8 +21,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
             Args:
                 run: Folder of the run; the newest one under runs/ if not given.
-                by: Metric for ranking the settings; that of the run if not given.
-                metric: Metrics to draw in addition to that one and those of the Pareto front.
+                by: Metric for ranking the settings, such as score_sound or score_overall (the Robotica paper's); that of the run if not given.
+                metric: Metrics to draw as heat maps in addition to that one and those of the Pareto front, such as sound_separation energy.
             """
             folder = run or newest_run()
             if folder is None:

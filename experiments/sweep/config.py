@@ -27,10 +27,13 @@ Examples:
   Other parameters: 256 Sobol samples of the field's length scale and a gain of the motion policy:
     python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
 
+  What each parameter does, from a finished run: shares of settings, ranges along the grid's lines, Sobol indices, figures:
+    python -m experiments.sweep --analyse runs/sweep-robotica-reach_in-... --json analysis.json
+
 --list shows all parameters. The last part of a name is enough if it is unique. Names are case-sensitive only where an alias
 (K_rep) would otherwise match another parameter (policy.collision.k_rep); the results use lower-case names.
 
-In a notebook: from hrcjax.sweeps.store import open_run; open_run("runs/...").score_overall.sel(zeta=5)"""
+In a notebook: from hrcjax.sweeps.store import open_run; open_run("runs/...").score_sound.sel(zeta=5)"""
 
 
 @dataclass(frozen=True)
@@ -62,13 +65,17 @@ class SweepConfig:
     backend: Literal["folded", "mjx"] | None = None
     """Dynamics of the arm: folded (fast), or mjx (MuJoCo XLA); the cell's own (folded) if not given."""
     by: str = ""
-    """Metric for ranking the settings; the score if not given."""
+    """Metric for ranking the settings. If not given, score_sound: success, clearance, separation, time, smoothness and energy, 0 to 100, failed runs below all others. score_overall is the Robotica paper's, in which more power scores higher."""
     best: int = 5
     """Number of settings in the table of the best ones."""
     figures: bool = True
     """Draw figures into the folder at the end."""
     overwrite: bool = False
     """Replace another run in the folder."""
+    analyse: Path | None = None
+    """Compute nothing: print what the swept parameters of a finished run do to its metrics, and draw it into the run's folder. Row by row: docs/sweep-analysis.md."""
+    json: Path | None = None
+    """With --analyse: output file {section: {row: {value, unit}}} for the section sweep_analysis; other sections in it are kept."""
     list: bool = False
     """List all parameters that can be swept and exit."""
 

@@ -25,6 +25,7 @@ from hrcjax.sweeps.store import RESULTS, RunStore, open_run, open_store
 from hrcjax.sweeps.summary import best_table
 from hrcjax.sweeps.sweepable import Sweepable
 
+from .analyse import analyse
 from .config import SweepConfig
 
 
@@ -91,6 +92,8 @@ def _check(config: SweepConfig) -> None:
             raise UsageError(f"--seed {seed}: accepted is 0 to {2**32 - 1}")
     if not 0 < config.memory < float("inf"):
         raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
+    if config.json:
+        raise UsageError("--json needs --analyse RUN")
     if config.best < 1:
         raise UsageError(f"--best {config.best}: accepted is 1 or more")
 
@@ -135,6 +138,8 @@ def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int,
 def run(config: SweepConfig) -> int:
     """Runs or resumes a sweep; returns the exit status: 0, or 3 if some results are not finite."""
     begin = time.monotonic()
+    if config.analyse:
+        return analyse(config.analyse, config.by, config.json, config.figures)
     _check(config)
     if not config.list:
         check_writable(config.out or Path("runs"), "--out")

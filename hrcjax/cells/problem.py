@@ -70,7 +70,7 @@ def build_problem(
         notes=[
             note for name in dict.fromkeys(singles) if name not in MOTIONS for note in recording_notes(name, duration)
         ],
-        rank="score_overall",
+        rank="score_sound",
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
         identity=named.identity and f"{named.identity} {cell.backend} {cell.people}",

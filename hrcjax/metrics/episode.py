@@ -22,8 +22,17 @@ from hrcjax.metrics.score import (
     trajectory_smoothness,
 )
 from hrcjax.metrics.smoothness import jerk_rms, log_dimensionless_jerk, spectral_arc_length
-from hrcjax.metrics.timing import arrival
-from hrcjax.numerics import safe_norm
+from hrcjax.metrics.sound_score import (
+    SoundTerms,
+    sound_clearance,
+    sound_energy,
+    sound_jerk,
+    sound_score,
+    sound_separation,
+    sound_time,
+)
+from hrcjax.metrics.timing import Arrival, arrival
+from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.typing import Array, Bool, Float
 
 _TOOL_WAYPOINTS = 64
@@ -74,6 +83,18 @@ class EpisodeMetrics(eqx.Module):
     """[1]."""
     score_overall: Float[Array, ""]
     """[1]."""
+    sound_clearance: Float[Array, ""]
+    """[1]."""
+    sound_separation: Float[Array, ""]
+    """[1]."""
+    sound_time: Float[Array, ""]
+    """[1]."""
+    sound_jerk: Float[Array, ""]
+    """[1]."""
+    sound_energy: Float[Array, ""]
+    """[1]."""
+    score_sound: Float[Array, ""]
+    """[1]."""
 
 
 METRICS: dict[str, tuple[str, str, str]] = {
@@ -106,6 +127,16 @@ METRICS: dict[str, tuple[str, str, str]] = {
     "score_safety": ("1", "high", "safety score of the Robotica paper, out of 100"),
     "score_efficiency": ("1", "high", "efficiency score of the Robotica paper, out of 100"),
     "score_overall": ("1", "high", "overall score of the Robotica paper, out of 100"),
+    "sound_clearance": ("1", "high", "0 at contact with an obstacle, 100 from 5 cm of clearance on"),
+    "sound_separation": ("1", "high", "100 less the share of time, by depth, below the protective separation distance"),
+    "sound_time": ("1", "high", "100 times the time of the straight way over the time to the goal"),
+    "sound_jerk": ("1", "high", "100 for a minimum-jerk motion of the tool; falls with ln of the dimensionless jerk"),
+    "sound_energy": ("1", "high", "100 for no work of the joints, 50 for 30 J"),
+    "score_sound": (
+        "1",
+        "high",
+        "mean of the five sound terms, on 20 to 100; below 10 where the goal was not reached or the arm touched something",
+    ),
 }
 """Of every field of `EpisodeMetrics`: its unit, whether low or high is better, and its meaning."""
 
@@ -125,7 +156,8 @@ def episode_metrics(run: Run, yardstick: Yardstick) -> EpisodeMetrics:
     efficiency = _efficiency(run, yardstick, before, jnp.maximum(reached.time, dt))
     jerk, log_jerk, sparc = _smoothness(run, yardstick, before)
     zones = time_in_zones(run.zone, dt, before)
-    stride = run.stride
+    stride, work = run.stride, energy(run.tau, run.qd, dt, before)
+    terms = _sound(run, yardstick, reached, log_jerk, work)
     return EpisodeMetrics(
         time_to_goal=reached.time,
         success=reached.success.astype(dtype),
@@ -144,11 +176,41 @@ def episode_metrics(run: Run, yardstick: Yardstick) -> EpisodeMetrics:
         time_red=zones[2],
         time_stop=zones[3],
         time_below_sp=time_below(run.separation, run.protective_distance, dt * stride, before[::stride]),
-        energy=energy(run.tau, run.qd, dt, before),
+        energy=work,
         score_safety=safety,
         score_efficiency=efficiency,
         score_overall=overall_score(yardstick.score, safety, efficiency),
+        sound_clearance=terms.clearance,
+        sound_separation=terms.separation,
+        sound_time=terms.time,
+        sound_jerk=terms.jerk,
+        sound_energy=terms.energy,
+        score_sound=sound_score(yardstick.sound, reached.success & ~_touched(run, yardstick), terms),
     )
+
+
+def _sound(
+    run: Run, yardstick: Yardstick, reached: Arrival, log_jerk: Float[Array, ""], work: Float[Array, ""]
+) -> SoundTerms:
+    """The terms of the sound score, from the smoothness and the energy [J] of the run."""
+    sound, before = yardstick.sound, reached.before[:: run.stride]
+    straight = yardstick.straight_time
+    if straight is None:
+        share = safe_divide(safe_norm(yardstick.goal - run.tool[0]), jnp.asarray(run.plan_length, run.tool.dtype), 1.0)
+        straight = yardstick.ideal_time * jnp.minimum(share, 1.0)
+    return SoundTerms(
+        clearance=sound_clearance(min_clearance(run.clearance), sound.full_clearance),
+        separation=sound_separation(run.separation, run.protective_distance, before),
+        time=sound_time(straight, reached.time),
+        jerk=sound_jerk(log_jerk, sound.jerk_scale),
+        energy=sound_energy(work, sound.half_energy),
+    )
+
+
+def _touched(run: Run, yardstick: Yardstick) -> Bool[Array, ""]:
+    """Whether the arm touched an obstacle, or the person while it moved, in the whole episode."""
+    moving = jnp.max(jnp.abs(run.qd[:: run.stride]), axis=1) > yardstick.moving
+    return jnp.any(run.clearance < 0) | jnp.any(moving & (run.separation < 0))
 
 
 def _safety(run: Run, yardstick: Yardstick, before: Bool[Array, "time"]) -> Float[Array, ""]:

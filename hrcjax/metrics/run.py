@@ -3,6 +3,7 @@
 import equinox as eqx
 
 from hrcjax.metrics.score import ScoreParams
+from hrcjax.metrics.sound_score import SoundScoreParams
 from hrcjax.typing import Array, Float, Int, Scalar, Vector3
 
 
@@ -53,20 +54,27 @@ class Run(eqx.Module):
 
 
 class Yardstick(eqx.Module):
-    """What a run is measured against: its goal, the limits that count, and the normalisers of the score."""
+    """What a run is measured against: its goal, the limits that count, and the parameters of the scores."""
 
     goal: Vector3
     """Where the tool is to arrive [m]."""
     tolerance: Scalar
     """Distance to the goal that counts as reached [m]."""
     ideal_time: Scalar
-    """Time of the task without person and zones [s]."""
+    """Time of the plan without person and zones [s]."""
     unsafe_distance: Scalar
     """Separation under which time is unsafe in the score [m]."""
     slow: Scalar = 0.05
     """Largest speed of the tool that counts as arrived [m/s]."""
     score: ScoreParams = eqx.field(default_factory=ScoreParams)
-    """Weights of the score."""
+    """Weights of the paper's score."""
+    sound: SoundScoreParams = eqx.field(default_factory=SoundScoreParams)
+    """Weights of the sound score."""
+    straight_time: Scalar | None = None
+    """Time of the straight way from start to goal without person and zones; None: `ideal_time` scaled from the length of the
+    plan to the straight way [s]."""
+    moving: Scalar = 0.05
+    """Joint speed above which a contact with the person is one with a moving arm [rad/s]."""
     largest_power: Scalar | None = None
     """Normaliser of the power score; None: the largest of the run [W]."""
     largest_joint_speed: Scalar | None = None

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hrcjax.reference import measures
 from hrcjax.reference.plain import plain
 from hrcjax.reference.safety import safe_distance
+from hrcjax.reference.sound_score import sound_scores
 from hrcjax.reference.truth import obstacle_distances, person_distance
 from hrcjax.safety import SsmParams
 from hrcjax.sim import Cell, Params, World
@@ -67,7 +68,8 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
     obstacles = obstacle_distances(cell.arm, world.scene, q[::k])
     clearance = obstacles.min(axis=1)
     closing = -np.gradient(separation, k * dt)
-    below = separation < protective_distances(ssm, approach, separation)
+    protective = protective_distances(ssm, approach, separation)
+    below = separation < protective
 
     at = measures.arrival(tool, goal, REACHED, dt)
     until, some = slice(0, at.index + 1), slice(0, at.index // k + 1)
@@ -106,6 +108,18 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
         "score_efficiency": efficiency,
         "score_overall": 0.8 * safety + 0.2 * efficiency,
     }
+    straight = ideal * min(float(measures.size(goal - tool[0])) / planned, 1.0)
+    metrics |= sound_scores(
+        clearance,
+        separation,
+        protective,
+        at.index // k + 1,
+        np.abs(qd[::k]).max(axis=1),
+        at.success,
+        (straight, at.time),
+        dimensionless,
+        metrics["energy"],
+    )
     return SerialOutcome(
         metrics=metrics,
         separation=separation,

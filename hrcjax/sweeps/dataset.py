@@ -47,12 +47,14 @@ def _coordinates(problem: Sweepable, settings: Settings) -> dict[str, Any]:
     }
     sampled = settings.dims == ("sample",)
     docs = leaf_docs(problem.params)
+    aliases = {full: alias for alias, full in problem.aliases.items()}
     if sampled:
         coords["sample"] = ("sample", np.arange(settings.count))
     for axis in settings.axes:
         values = settings.values[axis.name] if sampled else np.asarray(axis.values)
         description, unit = docs.get(axis.name, (axis.label, "1"))
         attrs = {"units": unit, "long_name": description, "parameter": axis.name, "scale": axis.scale}
+        attrs |= {"alias": aliases[axis.name]} if axis.name in aliases else {}
         coords[axis.label] = ("sample" if sampled else axis.label, values, attrs)
     for dim, (values, unit, description) in problem.coords.items():
         coords[dim] = (dim, np.asarray(values), {"units": unit, "long_name": description})

@@ -1,24 +1,23 @@
 """All figures of a finished sweep, as PNG in its folder."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from hrcjax.lab.any_name import title
 from hrcjax.lab.atomic import replace_file, storage_errors
 from hrcjax.lab.errors import UsageError
+from hrcjax.sweeps.analysis import KnobEffects, effects_of
 from hrcjax.sweeps.dataset import WORLD_DIMS
+from hrcjax.sweeps.drawn_world import drawn_world, world_name, world_title
+from hrcjax.sweeps.knob_figures import knobs_figure, line_range_figure, sensitivity_figure
 from hrcjax.sweeps.store import open_run
 from hrcjax.sweeps.summary import axis_labels, metric_names, ranking, select, setting_dims, trade_off
 from hrcjax.viz import (
     GridAxis,
-    Obstacles,
     PathLine,
-    PersonPoses,
     curve,
     heat_maps,
     pareto_figure,
@@ -27,9 +26,6 @@ from hrcjax.viz import (
     zones_view,
 )
 from hrcjax.viz.style import BEST, PLAN, WORST
-
-POSES = 3
-"""Number of poses of the person in the path figures."""
 
 
 def _unit(results: xr.Dataset, name: str) -> str:
@@ -41,14 +37,8 @@ def _axis(results: xr.Dataset, label: str) -> GridAxis:
     return GridAxis(label, coord.values.astype(float), coord.attrs.get("scale") == "log", _unit(results, label))
 
 
-def _world_name(results: xr.Dataset, dim: str) -> str:
-    """The first scene, person or seed; a file without its folder."""
-    name = str(results[dim].values[0])
-    return title(Path(re.split(r"\.bvh(?:,|$)", name, flags=re.IGNORECASE)[0]).name if dim == "person" else name)
-
-
 def _over(results: xr.Dataset) -> str:
-    worlds = [_world_name(results, dim) for dim in WORLD_DIMS if results.sizes[dim] == 1 and dim != "seed"]
+    worlds = [world_name(results, dim) for dim in WORLD_DIMS if results.sizes[dim] == 1 and dim != "seed"]
     count = int(np.prod([results.sizes[dim] for dim in WORLD_DIMS]))
     return ", ".join(worlds) + (f"{', ' if worlds else ''}mean over {count} worlds" if count > 1 else "")
 
@@ -133,20 +123,9 @@ def paths_figure(results: xr.Dataset, by: str) -> Figure | None:
             lines.append(PathLine(one.plan.values, f"{which}, planned", plan_colour, dashed=True))
         if "tool" in one:
             lines.append(PathLine(one.tool.values, _describe_setting(results, which, setting, by), colour))
-    obstacles = person = None
-    if "obstacle_kind" in world:
-        fields = ("kind", "center", "size", "yaw", "mask")
-        obstacles = Obstacles(*(world[f"obstacle_{name}"].values for name in fields))._replace(
-            mask=world.obstacle_mask.values.astype(bool)
-        )
-    if "person_a" in world:
-        times = world.frame.values if "frame" in world.coords else np.arange(world.sizes["frame"], dtype=float)
-        at = np.unique(np.linspace(0, len(times) - 1, POSES + 1)[:-1].round().astype(int))
-        a, b = world.person_a.values[at], world.person_b.values[at]
-        person = PersonPoses(a, b, world.person_radius.values, times[at])
-    ends = {name: world[name].values for name in ("start", "goal") if name in world}
-    title = "Best and worst path: " + ", ".join(f"{dim} {_world_name(results, dim)}" for dim in WORLD_DIMS)
-    return path_views(lines, obstacles, person, **ends, title=title)[0]
+    surroundings = drawn_world(world)
+    title = "Best and worst path: " + world_title(results)
+    return path_views(lines, title=title, **surroundings)[0]
 
 
 def zones_figure(results: xr.Dataset, by: str) -> Figure | None:
@@ -159,7 +138,7 @@ def zones_figure(results: xr.Dataset, by: str) -> Figure | None:
     runs = [select(world[list(wanted)], at, setting_dims(results)) for at in best_and_worst(results, by).values()]
     time = world.time.values.astype(float) if "time" in world.coords else np.arange(world.sizes["time"], dtype=float)
     zone, distance, speed = (np.stack([run[name].values for run in runs]) for name in wanted)
-    title = "Zones over time: " + ", ".join(f"{dim} {_world_name(results, dim)}" for dim in WORLD_DIMS)
+    title = "Zones over time: " + world_title(results)
     return zones_view(time, zone.astype(np.int32), distance, speed, ["best", "worst"], title=title)[0]
 
 
@@ -186,6 +165,24 @@ def draw_run(folder: str | Path, by: str = "", metrics: Sequence[str] = ()) -> l
         figures = {f"metric-{name}": metric_figure(results, name) for name in drawn}
         others = {"pareto": trade_off_figure, "paths": paths_figure, "zones": zones_figure}
         figures |= {name: figure for name, draw in others.items() if (figure := draw(results, by)) is not None}
+        figures |= analysis_figures(results, by, effects_of(results, by))
+    return write_figures(folder, figures)
+
+
+def analysis_figures(results: xr.Dataset, by: str, effects: KnobEffects | None) -> dict[str, Figure]:
+    """What each knob does, by name of the file: as far as the run has paths, and effects are known."""
+    figures = {"knobs": knobs_figure(results, by)}
+    if effects:
+        figures |= {"sensitivity": sensitivity_figure(effects), "line-ranges": line_range_figure(effects)}
+    return {name: figure for name, figure in figures.items() if figure is not None}
+
+
+def write_figures(folder: Path, figures: Mapping[str, Figure]) -> list[Path]:
+    """Writes figures into the folder `figures` of a run; returns the files.
+
+    Raises:
+        StorageError: a figure cannot be written.
+    """
     target = folder / "figures"
     with storage_errors(target):
         target.mkdir(exist_ok=True)

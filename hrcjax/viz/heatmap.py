@@ -6,14 +6,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from hrcjax.viz.style import (
     BEST,
     COLOUR_MAP,
     INFEASIBLE,
     MISSING,
-    WORST,
     as_row,
     finite_range,
     heading,
@@ -23,6 +24,13 @@ from hrcjax.viz.style import (
     parameter_label,
     tidy,
 )
+
+CONTOURS = 6
+"""Largest number of contours over the range of the values."""
+FINE = 5
+"""Least number of values along both axes for contours."""
+FAILED, FAILED_LINE = "failed", "#9aa0a8"
+"""Id and colour of the hatching in the figure."""
 
 
 class GridAxis(NamedTuple):
@@ -66,9 +74,10 @@ def heat_maps(
     title: str = "",
     failed: Bool[np.ndarray, "x y panel"] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """One heat map over x and y for each value of `panel`, with one colour bar; the best cell is marked by a star.
+    """One heat map over x and y for each value of `panel`, with one colour bar and contours; a star marks the best cell.
 
-    Values that are not finite are light grey; failed settings are marked by a cross and never count as best.
+    Values that are not finite are light grey. Failed settings are hatched, decide neither colours nor contours unless all
+    failed, and never count as best.
     """
     failed = np.zeros(values.shape, bool) if failed is None else failed
     count = values.shape[2]
@@ -76,9 +85,12 @@ def heat_maps(
     rows = -(-count // columns)
     figure = new_figure(max(5.2, 2.5 * columns + 1.2), 2.35 * rows + 1.0)
     grid = as_row(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False))
-    low, high = finite_range(values)
+    whole = np.where(failed, np.nan, values)
+    low, high = finite_range(whole if np.isfinite(whole).any() else values)
     colours = colormaps[COLOUR_MAP].with_extremes(bad=MISSING)
-    best = best_cell(np.where(failed, np.nan, values), better)
+    levels = np.asarray(MaxNLocator(CONTOURS).tick_values(low, high))[1:-1]
+    best = best_cell(whole, better)
+    face = MISSING if np.isfinite(whole).any() else "none"
     mesh = None
     for i, axes in enumerate(grid):
         if i >= count:
@@ -93,9 +105,9 @@ def heat_maps(
         if count > 1:
             axes.set_title(f"{parameter_label(panel.name)} = {number(float(panel.values[i]))}", fontsize=9)
         tidy(axes)
-        at = np.nonzero(failed[:, :, i])
-        axes.scatter(x.values[at[0]], y.values[at[1]], s=14, marker="x", color="white", linewidth=1.6)
-        axes.scatter(x.values[at[0]], y.values[at[1]], s=12, marker="x", color=WORST, linewidth=0.9)
+        if min(values.shape[:2]) >= FINE and high - low > 1e-4 * max(abs(low), abs(high)):
+            _contours(axes, x.values, y.values, whole[:, :, i], levels)
+        _hatch(axes, cell_edges(x.values, x.log), cell_edges(y.values, y.log), failed[:, :, i], face)
         if best is not None and best[2] == i:
             spot = (float(x.values[best[0]]), float(y.values[best[1]]))
             axes.plot(*spot, marker="*", markersize=13, color="white", markeredgecolor="black", markeredgewidth=0.9)
@@ -109,9 +121,27 @@ def heat_maps(
     bar.set_label(label(name, unit))
     bar.ax.tick_params(labelsize=8)
     bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]  # a spine, whatever its type says
-    marks = [text for text, shown in (("★ best", best is not None), ("× failed", failed.any())) if shown]
+    marks = [text for text, shown in (("★ best", best is not None), ("hatched: failed", failed.any())) if shown]
     heading(figure, (title or label(name)) + (f"  ({', '.join(marks)})" if marks else ""))
     return figure, grid[:count]
+
+
+def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, levels: np.ndarray) -> None:
+    """Lines of equal value between the finite ones, with numbers."""
+    shown = np.ma.masked_invalid(values.T)
+    if shown.count() < 3 or shown.max() <= levels[0] or shown.min() >= levels[-1]:
+        return
+    lines = axes.contour(x, y, shown, levels, colors="white", linewidths=0.9, alpha=0.85)
+    axes.clabel(lines, fontsize=6.5, fmt=number, colors="white", inline_spacing=2)
+
+
+def _hatch(axes: Axes, x: np.ndarray, y: np.ndarray, marked: np.ndarray, face: str) -> None:
+    """Hatches the marked cells between edges x and y, over their colour (all failed) or in place of it."""
+    corners = [[(x[i], y[j]), (x[i + 1], y[j]), (x[i + 1], y[j + 1]), (x[i], y[j + 1])] for i, j in np.argwhere(marked)]
+    if corners:
+        pale = PolyCollection(corners, facecolor=face, edgecolor=FAILED_LINE, hatch="////", linewidth=0)
+        pale.set_gid(FAILED)
+        axes.add_collection(pale, autolim=False)
 
 
 def curve(

@@ -87,16 +87,15 @@ def plan_view(
         figure = axes.get_figure(root=True)
         assert figure is not None
     if person is not None:
-        _person_from_above(axes, person)
+        draw_person(axes, person)
     if obstacles is not None:
-        for i in np.flatnonzero(obstacles.mask):
-            axes.add_patch(_footprint(obstacles, int(i)))
+        draw_obstacles(axes, obstacles)
         axes.add_patch(Rectangle((0, 0), 0, 0, color=OBSTACLE, label="obstacle"))
     for path in paths:
         style = "--" if path.dashed else "-"
         axes.plot(path.points[:, 0], path.points[:, 1], style, color=path.colour, lw=2, label=path.name, zorder=5)
-    _ends(axes, start, goal)
-    low, high = _window(paths, obstacles, start, goal, person)
+    draw_ends(axes, start, goal)
+    low, high = window(paths, obstacles, start, goal, person)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
@@ -110,7 +109,14 @@ def plan_view(
     return figure, axes
 
 
-def _person_from_above(axes: Axes, person: PersonPoses) -> None:
+def draw_obstacles(axes: Axes, obstacles: Obstacles) -> None:
+    """Obstacles from above."""
+    for i in np.flatnonzero(obstacles.mask):
+        axes.add_patch(_footprint(obstacles, int(i)))
+
+
+def draw_person(axes: Axes, person: PersonPoses) -> None:
+    """The person's capsules from above at every time, with one entry in the legend."""
     for a, b, alpha in zip(person.a, person.b, _shades(len(person.times)), strict=True):
         for k in np.flatnonzero(person.radius > 0):
             outline = capsule_outline(a[k, :2], b[k, :2], float(person.radius[k]))
@@ -130,22 +136,29 @@ def _footprint(obstacles: Obstacles, i: int) -> Circle | Rectangle:
     return Circle((x, y), half[0], color=OBSTACLE, zorder=3)
 
 
-def _ends(axes: Axes, start: np.ndarray | None, goal: np.ndarray | None) -> None:
+def draw_ends(axes: Axes, start: np.ndarray | None, goal: np.ndarray | None, size: float = 8.0) -> None:
+    """Start and goal, in plan or in three dimensions; size of the marks in [pt]."""
     for spot, colour, marker, name in ((start, START, "o", "start"), (goal, GOAL, "X", "goal")):
         if spot is not None:
             at = [[value] for value in (spot if isinstance(axes, Axes3D) else spot[:2])]
-            axes.plot(*at, marker, color=colour, markersize=8, markeredgecolor="white", label=name, zorder=6)
+            axes.plot(*at, marker, color=colour, markersize=size, markeredgecolor="white", label=name, zorder=6)
 
 
-def _window(
+def window(
     paths: Sequence[PathLine],
     obstacles: Obstacles | None,
     start: np.ndarray | None,
     goal: np.ndarray | None,
     person: PersonPoses | None,
     margin: float = 0.12,
+    aside: float = 0.35,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A box around the paths, the obstacles and the parts of the person near them [m]."""
+    """A box around the paths, the obstacles and the parts of the person near them [m].
+
+    Args:
+        margin: around all [m].
+        aside: largest room for the person beyond that [m].
+    """
     corners = [path.points[np.isfinite(path.points).all(axis=1)] for path in paths]
     corners += [spot[None] for spot in (start, goal) if spot is not None]
     if obstacles is not None and obstacles.mask.any():
@@ -157,7 +170,7 @@ def _window(
     if person is not None and (person.radius > 0).any():
         there = person.radius > 0
         ends = np.concatenate([person.a[:, there].reshape(-1, 3), person.b[:, there].reshape(-1, 3)])
-        room = np.array([0.35, 0.35, 0.5])
+        room = np.array([aside, aside, 0.5])
         low = np.minimum(low, np.maximum(ends.min(axis=0) - margin, low - room))
         high = np.maximum(high, np.minimum(ends.max(axis=0) + margin, high + room))
     low[2] = max(low[2], 0.0)
@@ -231,7 +244,7 @@ def view_3d(
     else:
         figure = axes.get_figure(root=True)
         assert figure is not None
-    low, high = _window(paths, obstacles, start, goal, person)
+    low, high = window(paths, obstacles, start, goal, person)
     if person is not None:
         for a, b, alpha in zip(person.a, person.b, _shades(len(person.times)), strict=True):
             capsules = [(a[k], b[k], float(person.radius[k])) for k in np.flatnonzero(person.radius > 0)]
@@ -244,7 +257,7 @@ def view_3d(
         axes.plot(*path.points.T, "--" if path.dashed else "-", color=path.colour, lw=2, label=path.name, zorder=5)
         shadow = np.column_stack([path.points[:, :2], np.zeros(len(path.points))])
         axes.plot(*shadow.T, color=path.colour, lw=0.8, alpha=0.35)
-    _ends(axes, start, goal)
+    draw_ends(axes, start, goal)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low)
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")

@@ -25,6 +25,8 @@ STATIC_POINT = "#5f656f"
 DYNAMIC_POINT = "#d55e00"
 NEW_POINT = "#0072b2"
 """Points of a map: grey, vermilion and blue, distinguishable with any colour vision."""
+KNOB_COLOURS = ("#1f5fa8", "#d0702e", "#2a9d5c", "#7a4fa3", "#8a8f98")
+"""Swept parameters in order."""
 COLOUR_MAP = "viridis"
 """Sequential, perceptually uniform, readable with any colour vision."""
 

@@ -29,3 +29,10 @@ def test_first_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_one_frame() -> None:
     assert images_of("02_one_frame.py") == 6
+
+
+@pytest.mark.slow
+def test_what_the_knobs_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = make_run(tmp_path / "r", "--grid", "K_att=log:0.01:0.1:3", "K_rep=lin:0.1:1:3", "zeta=2,4")
+    monkeypatch.setenv("HRCJAX_RUN", str(run))
+    assert images_of("03_what_the_knobs_do.py") == 4

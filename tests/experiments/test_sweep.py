@@ -71,6 +71,41 @@ def test_results_are_labelled_and_self_explaining(tmp_path: Path, capsys: pytest
     assert "24 settings in 4 worlds" in printed.err
 
 
+def test_analysis_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its numbers are those of the results; other sections of the file stay."""
+    assert run("--out", "r") == 0
+    (tmp_path / "a.json").write_text('{"arm": {"rate": {"value": 1, "unit": "1/s"}}}')
+    capsys.readouterr()
+    assert main(["--analyse", "r", "--json", "a.json"]) == 0
+    found = json.loads((tmp_path / "a.json").read_text())
+    assert list(found) == ["arm", "sweep_analysis"]
+    rows = found["sweep_analysis"]
+    assert all(set(row) == {"value", "unit"} for row in rows.values())
+    with open_run(tmp_path / "r") as ds:
+        assert rows["success_share"]["value"] == float((ds.status == 0).mean())
+        spread = ds.length.where(ds.status == 0)
+        along = spread.max("k_rep") - spread.min("k_rep")
+        expected = float(along.where((ds.status == 0).sum("k_rep") > 1).median() / (spread.max() - spread.min()))
+    assert rows["line_range_K_rep_length"]["value"] == pytest.approx(expected, rel=1e-5)
+    assert rows["line_range_K_rep_length"]["value"] > 0.5 > rows["line_range_k_att_length"]["value"]
+    printed = capsys.readouterr().out
+    assert "success_share" in printed and "sobol_total_K_rep" in printed and "bending_energy" in printed
+    assert {file.stem for file in (tmp_path / "r" / "figures").iterdir()} == {"knobs", "sensitivity", "line-ranges"}
+    assert main(["--analyse", "r", "--by", "length", "--no-figures"]) == 0
+    assert main(["--analyse", "r", "--by", "beauty"]) == 2
+    assert "beauty: no such metric; accepted: score, length" in capsys.readouterr().err
+
+
+def test_analysis_of_a_sample_says_what_is_missing(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--grid", "k_att=log:0.01:0.1", "zeta=lin:2:4", "--sobol", "6", "--no-figures"]
+    assert main([*options, "--out", "r"]) == 0
+    capsys.readouterr()
+    assert main(["--analyse", "r", "--no-figures"]) == 0
+    printed = capsys.readouterr()
+    assert "distinct_share" in printed.out and "sobol" not in printed.out
+    assert printed.err == "line ranges and Sobol indices need a full grid, without --sobol\n"
+
+
 def test_config_file_is_enough_to_repeat_the_run(tmp_path: Path) -> None:
     assert run("--out", "r") == 0
     record = json.loads((tmp_path / "r" / "config.json").read_text())
@@ -254,6 +289,9 @@ def test_results_that_are_not_finite_end_with_a_warning_and_status_3(
         (["--memory", "0"], "--memory 0: accepted is"),
         (["--memory", "nan"], "--memory nan: accepted is"),
         (["--memory", "0.01"], "one setting needs about 0.1 MB"),
+        (["--json", "a.json"], "--json needs --analyse RUN"),
+        (["--analyse", "others"], "others holds no run"),
+        (["--analyse", "others", "--json", "none/a.json"], "no folder none for --json"),
         (["--best", "0"], "--best 0: accepted is 1 or more"),
         (["--backend", "bullet"], "invalid choice 'bullet'"),
         (["--sobol", "4"], "a sample needs"),
@@ -305,7 +343,7 @@ def test_list_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[1].split()[:2] == ["potential.k_att", "0.03"] and "k_att" in lines[1].split()[3:]
     assert main(["--help"]) == 0
     shown = capsys.readouterr().out
-    assert shown.count("python -m experiments.sweep --") == 4
+    assert shown.count("python -m experiments.sweep --") == 5
     for option in ("--scene", "--person", "--seed", "--out", "--quick", "--grid", "--sobol"):
         assert option in shown
 

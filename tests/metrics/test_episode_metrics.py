@@ -160,3 +160,49 @@ def test_derivatives_are_finite() -> None:
     for name, slope in slopes.items():
         assert jnp.all(jnp.isfinite(slope)), name
         assert name == "separation" or jnp.any(slope != 0), name
+
+
+def test_the_sound_score_of_a_known_run(dtype: jnp.dtype) -> None:
+    """Straight way 0.5 m of a plan of 0.55; clearance 0.1 m; 0.5 m of a protective distance of 0.6 throughout."""
+    got = settled(arrays(dtype))
+    T = float(got.time_to_goal)
+    terms = [100, 100 * (5 / 6) ** 2, 100 * 1.5 * 0.5 / 0.55 / T, got.sound_jerk, 100 * 30 / 33]
+    names = ("sound_clearance", "sound_separation", "sound_time", "sound_jerk", "sound_energy")
+    np.testing.assert_allclose([getattr(got, name) for name in names], terms, rtol=0.002)
+    assert 95 < got.sound_jerk <= 100
+    quality = np.dot([0.25, 0.25, 0.2, 0.15, 0.15], [getattr(got, name) for name in names])
+    np.testing.assert_allclose(got.score_sound, 20 + 0.8 * quality, rtol=1e-5)
+
+
+def test_what_fails_a_run() -> None:
+    """Touching an obstacle at any time, or the person while the arm moves; a person who runs into an arm at rest does not."""
+    run, late = arrays(), jnp.arange(54) == 50
+    moving, resting = jnp.arange(54) == 15, late
+    hit = jnp.asarray(-0.001)
+    fine = settled(run).score_sound
+    assert fine > 60
+    for changed in (
+        {"clearance": jnp.where(late, hit, run["clearance"])},
+        {"separation": jnp.where(moving, hit, run["separation"])},
+        {"goal": jnp.array([5.0, 5.0, 5.0])},
+    ):
+        assert settled(run | changed).score_sound < 10
+    np.testing.assert_allclose(
+        settled(run | {"separation": jnp.where(resting, hit, run["separation"])}).score_sound, fine
+    )
+
+
+def test_a_detour_costs_time_and_a_short_plan_gains_none() -> None:
+    run = arrays()
+    long, short, given = settled(run, plan_length=2.0), settled(run, plan_length=0.1), settled(run, straight_time=0.5)
+    np.testing.assert_allclose(long.sound_time / settled(run).sound_time, 0.55 / 2.0, rtol=1e-9)
+    np.testing.assert_allclose(short.sound_time, 150 / short.time_to_goal, rtol=1e-9)
+    np.testing.assert_allclose(given.sound_time, 50 / given.time_to_goal, rtol=1e-9)
+
+
+def test_more_power_is_not_better() -> None:
+    """Twice the torque for the same motion: the paper's score stays, the sound one falls."""
+    run = arrays()
+    base, double = settled(run), settled(run | {"tau": 2 * run["tau"]})
+    np.testing.assert_allclose(double.score_overall, base.score_overall, rtol=1e-9)
+    assert double.score_sound < base.score_sound - 0.5

@@ -31,7 +31,13 @@ from hrcjax.world.scenes import Obstacle, make_scene
 TICKS, STRIDE = 240, 10
 SEARCH = 1e-5
 """[m]"""
-BY_SEARCH = {"clearance": SEARCH, "score_safety": 0.01, "score_overall": 0.01}
+BY_SEARCH = {
+    "clearance": SEARCH,
+    "score_safety": 0.01,
+    "score_overall": 0.01,
+    "sound_clearance": 200 / 0.05 * SEARCH,
+    "score_sound": 0.01,
+}
 """Measures into which distances to obstacles enter."""
 
 
@@ -249,10 +255,14 @@ def test_other_parameters_count(measure, world, record) -> None:
 def test_every_measure_is_told_apart_by_the_scenarios(measure, world, record) -> None:
     """A measure that never changed would be compared with itself alone."""
     goal = eqx.tree_at(lambda w: w.scene.goal, world, world.scene.goal + 0.3)
-    first, second = (measure(w, record)[1].metrics for w in (world, goal))
-    third = measure(world, changed(record, qd=-record.qd + 0.1, tool=record.tool * [1, 1.1, 1]))[1].metrics
+    fast = eqx.tree_at(lambda p: (p.motion.speed, p.motion.clock.acceleration), Params(), (2.0, 20.0))
+    pairs = [measure(w, record, fast) for w in (world, goal)]
+    pairs.append(measure(world, changed(record, qd=-record.qd + 0.1, tool=record.tool * [1, 1.1, 1]), fast))
+    for ours, theirs in pairs:
+        assert_same(ours, theirs)
+    first, second, third = (theirs.metrics for _, theirs in pairs)
     same = {name for name in METRICS if first[name] == second[name] == third[name]}
-    assert same == {"plan_length", "plan_bending_energy", "clearance", "separation"}
+    assert same == {"plan_length", "plan_bending_energy", "clearance", "separation", "sound_clearance"}
 
 
 def test_distance_of_segments_against_a_grid() -> None:

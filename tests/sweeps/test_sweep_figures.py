@@ -10,6 +10,7 @@ from toy_run import make_run
 
 from experiments.figures.__main__ import main
 from hrcjax.sweeps.figures import (
+    analysis_figures,
     best_and_worst,
     draw_run,
     metric_figure,
@@ -17,10 +18,14 @@ from hrcjax.sweeps.figures import (
     trade_off_figure,
     zones_figure,
 )
+from hrcjax.sweeps.knob_figures import knobs_figure, setting_figure, values_along
 from hrcjax.sweeps.store import open_run
 from hrcjax.sweeps.summary import best_table, ranking, select
 
-ALL = ["metric-bending-energy", "metric-clearance", "metric-length", "metric-score", "pareto", "paths", "zones"]
+ALL = [
+    "knobs", "line-ranges", "metric-bending-energy", "metric-clearance", "metric-length", "metric-score", "pareto", "paths",
+    "sensitivity", "zones",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +79,13 @@ def test_heat_maps_hold_the_means_over_worlds(results: xr.Dataset) -> None:
     np.testing.assert_allclose(star[0].get_xydata()[0], [best.k_att, best.k_rep])
 
 
-def test_heat_maps_cross_out_what_failed_in_some_world(results: xr.Dataset) -> None:
+def test_heat_maps_hatch_what_failed_in_some_world(results: xr.Dataset) -> None:
     changed = results.copy(deep=True)
     changed.status[0, 0, 1, 2, 1, 0] = 1
     figure = metric_figure(changed, "length")
-    crosses = figure.axes[0].collections[1].get_offsets()
-    np.testing.assert_allclose(crosses, [[results.k_att[2], results.k_rep[1]]])
-    assert len(figure.axes[1].collections[1].get_offsets()) == 0
+    hatched = [[part for part in axes.collections if part.get_gid() == "failed"] for axes in figure.axes[:2]]
+    (cell,) = hatched[0][0].get_paths()
+    assert cell.contains_point([float(results.k_att[2]), float(results.k_rep[1])]) and not hatched[1]
 
 
 def test_a_fourth_axis_is_at_its_best_value(results: xr.Dataset) -> None:
@@ -127,9 +132,42 @@ def test_separation_trace_goes_before_the_metric_of_that_name(results: xr.Datase
 
 def test_figures_that_need_what_is_not_there_are_left_out(results: xr.Dataset) -> None:
     bare = results.drop_vars(["tool", "plan", "zone", "length"])
+    assert list(analysis_figures(bare, "score", None)) == []
     assert paths_figure(bare, "score") is None
     assert zones_figure(bare, "score") is None
     assert trade_off_figure(bare, "score") is None
+
+
+def test_paths_along_a_knob_differ_in_it_alone(results: xr.Dataset) -> None:
+    figure = knobs_figure(results, "score")
+    assert figure is not None
+    best = select(results, int(ranking(results, "score")[0]))
+    panels = {axes.get_title(): axes for axes in figure.axes}
+    assert len([title for title in panels if title]) == 4 + 3 + 2
+    at = results.isel(scene=0, person=0, seed=0).sel(k_rep=best.k_rep.item(), zeta=best.zeta.item())
+    for value in results.k_att.values:
+        star = "★ " if value == float(best.k_att) else ""
+        axes = panels[f"{star}$K_{{att}}$ = {value:.3g}"]
+        np.testing.assert_allclose(axes.lines[1].get_xydata(), at.sel(k_att=value).tool.values[:, :2])
+
+
+def test_a_setting_beside_the_best(results: xr.Dataset) -> None:
+    figure = setting_figure(results, "score", {"k_att": 0.045, "zeta": 2.1})
+    best = select(results, int(ranking(results, "score")[0]))
+    one = results.isel(scene=0, person=0, seed=0).sel(k_att=results.k_att[2].item(), k_rep=best.k_rep.item(), zeta=2)
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    np.testing.assert_allclose(lines["this setting"].get_xydata(), one.tool.values[:, :2])
+    np.testing.assert_allclose(lines["the best one"].get_xydata(), best.tool.values[0, 0, 0][:, :2])
+    assert f"score {float(one.score):.3g}" in figure.get_suptitle() or int(one.status)
+    with pytest.raises(KeyError, match="no swept parameter gain; there are: k_att, k_rep, zeta"):
+        setting_figure(results, "score", {"gain": 1.0})
+
+
+def test_values_along_an_axis_hold_the_ends_and_the_best() -> None:
+    assert values_along(4, 2) == [0, 1, 2, 3] and values_along(1, 0) == [0]
+    for base in range(16):
+        at = values_along(16, base)
+        assert at[0] == 0 and at[-1] == 15 and base in at and len(at) == 5 and at == sorted(set(at))
 
 
 @pytest.mark.slow
@@ -145,6 +183,7 @@ def test_all_figures_are_written(run: Path, capsys: pytest.CaptureFixture[str]) 
 
 def sorted_as_drawn(files: list[Path]) -> list[Path]:
     order = ["metric-length", "metric-bending-energy", "metric-clearance", "pareto", "paths", "zones"]
+    order += ["knobs", "sensitivity", "line-ranges"]
     return sorted(files, key=lambda file: order.index(file.stem))
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
 
 from hrcjax.viz.heatmap import GridAxis, best_cell, cell_edges, curve, heat_maps, sample_map
 from hrcjax.viz.style import MISSING
@@ -59,14 +61,46 @@ def test_maps_have_one_scale_and_each_value_in_its_cell() -> None:
     assert np.allclose(bad[:3], np.array([int(MISSING[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
 
 
-def test_settings_that_failed_are_crossed_out_and_never_best() -> None:
+def hatched(axes: Axes) -> list[list[float]]:
+    """Middles of the hatched cells."""
+    paths = [path for part in axes.collections if part.get_gid() == "failed" for path in part.get_paths()]
+    return [path.vertices[:4].mean(axis=0).tolist() for path in paths]
+
+
+def test_settings_that_failed_are_hatched_and_never_best() -> None:
     values = np.arange(6.0).reshape(3, 2, 1)
     failed = np.zeros((3, 2, 1), bool)
     failed[2, 1] = failed[0, 1] = True
+    x = GridAxis("a", np.array([1.0, 2.0, 3.0]))
+    figure, (axes,) = heat_maps(values, x, Y, PANEL._replace(values=np.ones(1)), "length", "m", "high", "", failed)
+    np.testing.assert_allclose(hatched(axes), [[1.0, 2.0], [3.0, 2.0]])
+    assert axes.collections[-1].get_hatch()
+    assert axes.lines[0].get_xydata().tolist() == [[3.0, 1.0]]
+    assert figure.get_suptitle() == "length  (★ best, hatched: failed)"
+    assert axes.collections[0].get_clim() == (0, 4), "what failed does not stretch the colours"
+
+
+def test_where_all_failed_the_values_are_seen_below_the_hatching() -> None:
+    values, failed = np.arange(6.0).reshape(3, 2, 1), np.ones((3, 2, 1), bool)
     figure, (axes,) = heat_maps(values, X, Y, PANEL._replace(values=np.ones(1)), "length", "m", "high", "", failed)
-    assert axes.collections[2].get_offsets().tolist() == [[0.01, 2.0], [1.0, 2.0]]
-    assert axes.lines[0].get_xydata().tolist() == [[1.0, 1.0]]
-    assert figure.get_suptitle() == "length  (★ best, × failed)"
+    figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
+    assert len(hatched(axes)) == 6 and axes.collections[0].get_clim() == (0, 5) and not axes.lines
+    assert axes.collections[-1].get_facecolor().size == 0
+
+
+def test_contours_are_at_their_values() -> None:
+    """Of x + y the lines of equal value are straight; none where a setting failed, none on a coarse grid."""
+    x, y = GridAxis("a", np.arange(6.0)), GridAxis("b", np.arange(5.0))
+    values = (x.values[:, None] + y.values)[..., None]
+    failed = np.zeros(values.shape, bool)
+    failed[0, 0] = True
+    _, (axes,) = heat_maps(values, x, y, PANEL._replace(values=np.ones(1)), "length", failed=failed)
+    (lines,) = [part for part in axes.collections if isinstance(part, ContourSet)]
+    assert len(lines.levels) > 3
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        np.testing.assert_allclose(path.vertices.sum(axis=1), level, atol=1e-9)
+    few = heat_maps(values[:4], x._replace(values=np.arange(4.0)), y, PANEL._replace(values=np.ones(1)), "length")[1][0]
+    assert not [part for part in few.collections if isinstance(part, ContourSet)]
 
 
 def test_maps_of_nothing_finite_still_draw() -> None:

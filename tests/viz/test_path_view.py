@@ -12,11 +12,11 @@ from hrcjax.viz.path_view import (
     PersonPoses,
     _capsule_surface,
     _solid,
-    _window,
     capsule_outline,
     path_views,
     plan_view,
     view_3d,
+    window,
 )
 from hrcjax.viz.style import OBSTACLE, PERSON
 
@@ -111,15 +111,15 @@ def test_plan_shows_what_exists_and_nothing_else() -> None:
 
 
 def test_window_holds_paths_and_obstacles_but_not_all_of_the_person() -> None:
-    low, high = _window([PATH], OBSTACLES, START, GOAL, None)
+    low, high = window([PATH], OBSTACLES, START, GOAL, None)
     np.testing.assert_allclose(low, [0.1 - 0.12, 0.17 - 0.12, 0.0])
     np.testing.assert_allclose(high, [0.82, 0.82, 0.52])
     across = PERSON_POSES._replace(a=-PERSON_POSES.a, b=-PERSON_POSES.b)
-    beneath, _ = _window([PATH], OBSTACLES, START, GOAL, across)
+    beneath, _ = window([PATH], OBSTACLES, START, GOAL, across)
     np.testing.assert_allclose(beneath, [0.1 - 0.12 - 0.35, 0.17 - 0.12 - 0.35, 0.0])
     near = PERSON_POSES._replace(a=0.0 * PERSON_POSES.a + 0.1, b=0.0 * PERSON_POSES.b + 0.1)
-    np.testing.assert_allclose(_window([PATH], OBSTACLES, START, GOAL, near)[0], [-0.02, -0.02, 0.0])
-    _, wide = _window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
+    np.testing.assert_allclose(window([PATH], OBSTACLES, START, GOAL, near)[0], [-0.02, -0.02, 0.0])
+    _, wide = window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
     np.testing.assert_allclose(wide, [0.82 + 0.35, 0.82 + 0.3, 0.52 + 0.5])
 
 
@@ -135,7 +135,7 @@ def test_views_in_three_dimensions_draw_without_person_and_obstacles() -> None:
     parts = {tuple(round(int(c[i : i + 2], 16) / 255, 3) for i in (1, 3, 5)) for c in (PERSON, OBSTACLE)}
     assert parts <= colours
     np.testing.assert_array_equal(np.array(deep.lines[0].get_data_3d()).T, PATH.points)
-    low, high = _window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
+    low, high = window([PATH], OBSTACLES, START, GOAL, PERSON_POSES)
     np.testing.assert_allclose(np.transpose([deep.get_xlim(), deep.get_ylim(), deep.get_zlim()]), [low, high])
     for body in deep.collections:
         middles = np.nanmean(np.where(body._invalid_vertices[..., None], np.nan, body._faces), axis=1)
