@@ -8,14 +8,22 @@ import jax.numpy as jnp
 
 from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
-from hrcjax.numerics import safe_norm
 from hrcjax.plan import PathCurve
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
 from hrcjax.safety import ClockState, advance, governor, guard, initial_clock
 from hrcjax.sim.cell import TOOL_REACH, Cell
 from hrcjax.sim.params import Params
-from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Goal, Separation, all_finite
+from hrcjax.sim.parts import (
+    ArmMotion,
+    Clearance,
+    Fields,
+    Goal,
+    Separation,
+    all_finite,
+    nearest_surface,
+    unit_where_long,
+)
 from hrcjax.sim.servo import servo
 from hrcjax.typing import Array, Bool, Float, Int, Joints, Matrix3, Scalar, Vector3
 
@@ -129,7 +137,7 @@ def tick(
     radii = jnp.asarray(cell.arm.control_radii, q.dtype)
     surface = radii + COVER_MARGIN  # an upper bound of the arm's surface
 
-    seen = jax.vmap(lambda x: cell.field.read(params.field, sensed.fields, x))(body.x)
+    seen = jax.vmap(lambda x: nearest_surface(cell.field.read(params.field, sensed.fields, x)))(body.x)
     if seen.distance.shape != radii.shape or seen.person_gradient.shape != body.x.shape:
         raise ValueError(
             "the field reads no Reading of one point; accepted: distances of shape (), gradients of shape (3,)"
@@ -195,12 +203,6 @@ def tick(
         status=status,
     )
     return TickState(arm, clock, memory), record
-
-
-def unit_where_long(g: Float[Array, "point 3"]) -> Float[Array, "point 3"]:
-    """Gradients of at least length 1/2 as unit vectors; shorter ones have no direction and stay [1]."""
-    size = safe_norm(g)[:, None]
-    return jnp.where(size < 0.5, g, g / jnp.where(size < 0.5, 1.0, size))
 
 
 def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:
