@@ -20,8 +20,6 @@ from hrcjax.typing import Array, Bool, Float, Int, Vector3
 
 MEMBERS = 16
 """Points of a group: patches of some 20 cm of a surface sampled at 5 cm."""
-SPARE = 2
-"""Groups more than full ones would need, so that some may end early."""
 GAPS = (0.15, 0.25, 0.5, float("inf"))
 """Ways between points of one group that are too long [m]."""
 CURVE_FROM, CURVE_STEP, CURVE_BITS = -2.56, 0.02, 8
@@ -53,9 +51,9 @@ class Nearest(NamedTuple):
 def grouped(cloud: Cloud, members: int = MEMBERS) -> Cloud:
     """The same points, neighbours together: point m of group g is at place m * groups + g, so that the minima of all groups
     are minima of vectors. A group ends where the next point along the curve is far, as another person's: at the least of
-    the GAPS with which the groups suffice. There are SPARE more than the points need; places left over hold none.
+    the GAPS with which the groups suffice. Places left over hold no point.
     """
-    count = -(-cloud.mask.shape[0] // members) + SPARE
+    count = -(-cloud.mask.shape[0] // members)
     steps = (jnp.where(cloud.mask[:, None], cloud.points, 0.0) - CURVE_FROM) / CURVE_STEP
     cells = jnp.clip(steps, 0.0, 2.0**CURVE_BITS - 1.0).astype(jnp.int32)
     order = jnp.argsort(jnp.where(cloud.mask, hilbert_index(cells, CURVE_BITS), jnp.iinfo(jnp.int32).max))

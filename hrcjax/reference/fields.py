@@ -70,7 +70,7 @@ def neighbours(points: NDArray, places: int, members: int = 16) -> list[NDArray]
 
     Args:
         points: those that exist, (point 3) [m].
-        places: points for which there are groups, and two more groups.
+        places: points for which there are groups.
         members: points of a group at most.
     """
     cells = np.clip((points + 2.56) / 0.02, 0, 255).astype(int)
@@ -82,7 +82,7 @@ def neighbours(points: NDArray, places: int, members: int = 16) -> list[NDArray]
             if apart or len(groups[-1]) == members:
                 groups.append([])
             groups[-1].append(i)
-        if len(groups) <= -(-places // members) + 2:
+        if len(groups) <= -(-places // members):
             break
     return [np.array(group) for group in groups]
 
