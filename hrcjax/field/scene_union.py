@@ -17,6 +17,10 @@ class Both(NamedTuple):
     """To everything [m]."""
     gradient: Vector3
     """Of that distance [1]."""
+    scene_distance: Float[Array, ""]
+    """To what stands [m]."""
+    scene_gradient: Vector3
+    """Of that distance [1]."""
     people: Part
     """What the field of the moving points says alone."""
 
@@ -37,4 +41,4 @@ def scene_and_people(scene: GridField, people: GPField, x: Vector3) -> Both:
     log_all = jnp.logaddexp(log_scene, log_people)
     share = jnp.exp(log_scene - log_all)
     offset = share * jnp.abs(d) * g + (1.0 - share) * jnp.where(moving.some, moving.offset, 0.0)
-    return Both(*read(log_all, offset, jnp.asarray(True), scale), moving)
+    return Both(*read(log_all, offset, jnp.asarray(True), scale), d, g, moving)

@@ -82,7 +82,8 @@ def see(params: FieldParams, frames: Frames) -> Seen:
     number = {name: cast(float, value) for name, value in vars(plain(params)).items()}
 
     def field(points: NDArray, mask: NDArray) -> Field:
-        return fit(np.asarray(points, np.float64)[np.asarray(mask)], number["length_scale"], number["noise"])
+        there = np.asarray(points, np.float64)[np.asarray(mask)]
+        return fit(there, number["length_scale"], number["noise"], len(mask))
 
     points, mask = np.asarray(frames.moving.points), np.asarray(frames.moving.mask)
     valid, stamp = np.asarray(frames.valid), np.asarray(frames.stamp, np.float64)
@@ -133,7 +134,10 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         body, tool = Motion(*(part[:count] for part in points)), Motion(*(part[count:] for part in points))
 
         frame, age = newest(seen, time - cell.latency)
-        d_all, g_all, d_person, g_person = read(seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x)
+        d_all, g_all, d_people, g_people, *_ = read(
+            seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x
+        )
+        d_person, g_person = d_people[:, 0], g_people[:, 0]
         clearance = d_all - radii
         separation = d_person - (radii + COVER_MARGIN)[:, None]
         people = towards(robot, separation, g_person, body.J)

@@ -16,6 +16,8 @@ from hrcjax.field import GridField
 
 FAR = 10.0
 """Distance of a field without points [m]."""
+SURFACES = 3
+"""Surfaces of people that are read at a point."""
 ROOT_BLEND = 0.2
 """Below this many length scales the distance bends to 0 [1]."""
 
@@ -30,6 +32,8 @@ class Field:
     """Weights, and weights times points, (point 4) [1], [m]."""
     length_scale: float
     """Length scale of the kernel [m]."""
+    groups: list[NDArray]
+    """Places of neighbouring points, group by group."""
 
 
 @dataclass(frozen=True)
@@ -44,17 +48,91 @@ class Scene:
     """[m]"""
 
 
-def fit(points: NDArray, length_scale: float, noise: float) -> Field:
+def fit(points: NDArray, length_scale: float, noise: float, places: int | None = None) -> Field:
     """The field of surface points: alpha_i = 1 / (noise^2 + sum_j k_ij).
 
     Args:
         points: those that exist, (point 3) [m].
         length_scale: of the kernel [m].
         noise: standard deviation of the occupancy [1].
+        places: capacity of the cloud that they are from, by which they are grouped; None: as many as there are.
     """
     r2 = cdist(points, points, "sqeuclidean")
     weights = 1.0 / (noise**2 + np.exp(-0.5 * r2 / length_scale**2).sum(axis=1))
-    return Field(points, weights[:, None] * np.column_stack([np.ones(len(points)), points]), length_scale)
+    columns = weights[:, None] * np.column_stack([np.ones(len(points)), points])
+    return Field(points, columns, length_scale, neighbours(points, len(points) if places is None else places))
+
+
+def neighbours(points: NDArray, places: int, members: int = 16) -> list[NDArray]:
+    """Places of the points in groups of at most `members`, along a Hilbert curve of 256 steps of 2 cm from -2.56 m on.
+
+    A group ends before a gap, of the least kind for which the number of groups suffices.
+
+    Args:
+        points: those that exist, (point 3) [m].
+        places: points for which there are groups.
+        members: points of a group at most.
+    """
+    cells = np.clip((points + 2.56) / 0.02, 0, 255).astype(int)
+    order = np.argsort([_along_curve(cell) for cell in cells.tolist()], kind="stable").astype(int)
+    for gap in (0.15, 0.25, 0.5, np.inf):
+        groups: list[list[int]] = []
+        for before, i in zip([-1, *order.tolist()], order.tolist(), strict=False):
+            apart = before < 0 or np.linalg.norm(points[i] - points[before]) > gap
+            if apart or len(groups[-1]) == members:
+                groups.append([])
+            groups[-1].append(i)
+        if len(groups) <= -(-places // members):
+            break
+    return [np.array(group) for group in groups]
+
+
+def _along_curve(cell: list[int], bits: int = 8) -> int:
+    """Place of a cell along the Hilbert curve (Skilling 2004)."""
+    a = list(cell)
+    for level in range(bits - 1, 0, -1):
+        low = (1 << level) - 1
+        for i in range(3):
+            if a[i] >> level & 1:
+                a[0] ^= low
+            else:
+                swap = (a[0] ^ a[i]) & low
+                a[0], a[i] = a[0] ^ swap, a[i] ^ swap
+    a[1] ^= a[0]
+    a[2] ^= a[1]
+    turn = 0
+    for level in range(1, bits):
+        if a[2] >> level & 1:
+            turn ^= (1 << level) - 1
+    digits = [f"{one ^ turn:0{bits}b}" for one in a]
+    return int("".join(x + y + z for x, y, z in zip(*digits, strict=True)), 2)
+
+
+def other_ways(field: Field, x: NDArray, away: NDArray, count: int = 2) -> list[tuple[float, NDArray]]:
+    """The nearest points in directions over 60 degrees from those of all nearer ones: distance [m], vector to the query [m].
+
+    A group of points counts by the direction of its mean. Where there is none: FAR, and 0.
+
+    Args:
+        field: with points.
+        x: one query [m].
+        away: unit vector away from the nearest surface [1].
+        count: how many are wanted.
+    """
+    left, found = list(field.groups), []
+    for _ in range(count):
+        left = [g for g in left if _apart(x - field.points[g].mean(axis=0), away)]
+        offsets = [offset for g in left for offset in x - field.points[g]]
+        lengths = [np.sqrt(offset @ offset) for offset in offsets]
+        nearest = int(np.argmin(lengths)) if lengths else None
+        found.append((FAR, np.zeros(3)) if nearest is None else (lengths[nearest], offsets[nearest]))
+        away = _unit(found[-1][1][None])[0]
+    return found
+
+
+def _apart(way: NDArray, away: NDArray) -> bool:
+    """Whether a vector and a unit vector differ by more than 60 degrees."""
+    return way @ away <= 0.5 * np.sqrt(way @ way)
 
 
 def scene_of(grid: GridField) -> Scene:
@@ -118,8 +196,9 @@ class Spread:
 
 def read(
     scene: Scene, people: Field, beyond: float, spread: Spread, x: NDArray
-) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """At every x: distance to everything and its gradient, lower bound of the distance to people and its unit gradient.
+) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]:
+    """At every x: distance to everything and its gradient; lower bounds of the distances to people in three directions and unit
+    gradients, (point surface) and (point surface 3), the nearest first; distance to what stands and its gradient.
 
     Args:
         scene: what stands.
@@ -138,16 +217,33 @@ def read(
     away, bound = np.zeros_like(x), np.full(len(x), FAR)
     if len(people.points):
         least = np.log(people.columns[:, 0].min())
-        mean = np.linalg.norm(x - offset, axis=1)
-        share = np.clip((mean - spread.coarse_from) / spread.over + 1.0, 0.0, 1.0)
-        margin = spread.near * (1.0 - share) + spread.far * share + spread.noise
-        bound = scale * _root(2.0 * (least - log_p))[0] - margin
+        bound = scale * _root(2.0 * (least - log_p))[0] - _margin(spread, x - offset)
         away = _unit(offset)
     room = beyond - np.linalg.norm(x, axis=1)
     nearer = room < bound
     bound = np.where(nearer, room, bound)
     away = np.where(nearer[:, None], -_unit(x), away)
-    return scale * root, (2.0 * slope / scale)[:, None] * pull, bound, away
+    distances, directions = np.full((len(x), SURFACES), FAR), np.zeros((len(x), SURFACES, 3))
+    distances[:, 0], directions[:, 0] = bound, away
+    if len(people.points):
+        for i in range(len(x)):
+            for k, (reach, way) in enumerate(other_ways(people, x[i], away[i], SURFACES - 1), start=1):
+                if way.any():
+                    distances[i, k] = reach - _margin(spread, (x[i] - way)[None])[0]
+                    directions[i, k] = _unit(way[None])[0]
+    return scale * root, (2.0 * slope / scale)[:, None] * pull, distances, directions, d, unit_where_long(g)
+
+
+def _margin(spread: Spread, at: NDArray) -> NDArray:
+    """How far a person reaches beyond points at these places [m]."""
+    share = np.clip((np.linalg.norm(at, axis=1) - spread.coarse_from) / spread.over + 1.0, 0.0, 1.0)
+    return spread.near * (1.0 - share) + spread.far * share + spread.noise
+
+
+def unit_where_long(g: NDArray) -> NDArray:
+    """Gradients from length 1/2 on as unit vectors; shorter ones as they are [1]."""
+    size = np.sqrt((g * g).sum(axis=-1, keepdims=True))
+    return np.where(size < 0.5, g, g / np.where(size < 0.5, 1.0, size))
 
 
 def _unit(v: NDArray) -> NDArray:

@@ -23,7 +23,7 @@ def between_factor(D: Float[Array, "*#point"], half_gap: Float[Array, "*#point"]
         D: distance of the control point itself, not of its sphere's surface; nearer than h: 0 [m].
         half_gap: h, half of the distance to the farther of its neighbours on the link, `half_gaps` [m].
     """
-    far = D > half_gap
+    far = half_gap < D
     ratio = jnp.where(far, half_gap / jnp.where(far, D, 1.0), 1.0)
     return jnp.where(jnp.isnan(D), D, safe_sqrt(1.0 - ratio * ratio))
 

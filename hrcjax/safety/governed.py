@@ -32,7 +32,9 @@ def approach_rows(
         g: gradient of the distance to every surface near a point. Made unit; without direction the row is 0 [1].
     """
     away = unit_direction(g)
-    rows = -(away[..., 0, None] * J[:, None, 0] + away[..., 1, None] * J[:, None, 1] + away[..., 2, None] * J[:, None, 2])
+    rows = -(
+        away[..., 0, None] * J[:, None, 0] + away[..., 1, None] * J[:, None, 1] + away[..., 2, None] * J[:, None, 2]
+    )
     return rows.reshape(-1, J.shape[-1])
 
 

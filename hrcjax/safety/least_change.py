@@ -12,7 +12,7 @@ which `vmap` turns into vectors. Where it is at rest, no row is active and the c
 import jax
 import jax.numpy as jnp
 
-from hrcjax.numerics import ldl_factor, ldl_solve, safe_divide, safe_norm, solve_spd
+from hrcjax.numerics import ldl_factor, ldl_solve, safe_norm, solve_spd
 from hrcjax.typing import Array, Bool, Float, Int
 
 APPROACH_TOLERANCE = 0.002
@@ -126,11 +126,16 @@ def _active(
         y = jnp.where(first, 0.0, y)
         used = rows >= 0
         n = [[jnp.where(used[s], entry[s, j], 0.0) for j in range(joints)] for s in range(slots)]
-        G = [[sum((n[s][j] * n[t][j] for j in range(1, joints)), n[s][0] * n[t][0]) for t in range(s + 1)] for s in range(slots)]
+        G = [
+            [sum((n[s][j] * n[t][j] for j in range(1, joints)), n[s][0] * n[t][0]) for t in range(s + 1)]
+            for s in range(slots)
+        ]
         for s in range(slots):
             G[s][s] = G[s][s] + jnp.where(used[s], softness, 1.0).astype(dtype)
         over = [
-            jnp.where(used[s], sum((n[s][j] * start[j] for j in range(1, joints)), n[s][0] * start[0]) - entry[s, joints], 0.0)
+            jnp.where(
+                used[s], sum((n[s][j] * start[j] for j in range(1, joints)), n[s][0] * start[0]) - entry[s, joints], 0.0
+            )
             for s in range(slots)
         ]
         wanted = jnp.stack(ldl_solve(*ldl_factor(G), over))

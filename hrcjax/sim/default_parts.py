@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from hrcjax.field import FAR, FieldParams, GPField, GridField, fit, grid_distance_and_gradient
 from hrcjax.field.least import log_least_weight, nearest_bound
+from hrcjax.field.near import Groups, grouped, groups_of, nearest_other_ways
 from hrcjax.field.scene_union import scene_and_people
 from hrcjax.geom.cloud import Cloud
 from hrcjax.numerics import safe_norm, unit
@@ -46,6 +47,7 @@ from hrcjax.sim.parts import (
     SafetyPart,
     Separation,
     Task,
+    unit_where_long,
 )
 from hrcjax.sim.joints_along import joints_along
 from hrcjax.sim.sensing import Frames
@@ -55,6 +57,8 @@ BODY_INFLATION = 0.01
 """Most that the spheres by which the planner knows the arm stand out of its capsules [m]."""
 WAY_TO_GOAL = 12
 """Places on the straight line from start to goal at which the joints follow, to the configuration at the goal."""
+SURFACES = 3
+"""Surfaces of people that are read at a point: the nearest in up to so many directions."""
 COARSE_EDGE = 0.1
 """Edge of the cubes that share a point beyond `COARSE_FROM` [m]."""
 
@@ -126,6 +130,8 @@ class People(eqx.Module):
     """Logarithm of its least weight [1]."""
     beyond: Float[Array, "*frame"]
     """Whoever has no point in it is farther from the robot's base than this [m]."""
+    groups: Groups
+    """Groups of neighbours among its points."""
 
 
 def fit_fields(params: FieldParams, frames: Frames) -> Fields:
@@ -136,15 +142,16 @@ def fit_fields(params: FieldParams, frames: Frames) -> Fields:
 
     def people(seen: tuple[Cloud, Float[Array, ""]]) -> People:
         cloud, beyond = seen
+        cloud = grouped(cloud)
         field = fit(cloud, params)
-        return People(field, log_least_weight(field), beyond)
+        return People(field, log_least_weight(field), beyond, groups_of(cloud))
 
     standing = Standing(frames.scene, frames.hidden)
     return Fields(static=standing, moving=jax.lax.map(jax.checkpoint(people), (frames.moving, frames.beyond)))
 
 
 def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
-    """Distances to everything and to people. The latter is a lower bound at the exposure of the image, term by term:
+    """Distances to everything, to what stands and to people. The latter are lower bounds at the exposure of the image, term by term:
 
     - the nearest moving point is not nearer than `nearest_bound`: no bias of convex bodies;
     - the person reaches beyond the points by `spread`, or `far_spread` where they are coarse, and by `person_noise` of the depth camera;
@@ -152,16 +159,22 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     - where somebody may be unseen (`Standing.hidden`), that space counts.
 
     What a person moves after the exposure is in S_p, by its reaction time.
+
+    Surface 0 is the nearest of all this. Surfaces 1 and 2 are the nearest points in other directions, by more than 60 degrees from
+    the nearer ones; where there are none, FAR away and without direction.
     """
     people: People = fields.moving
     standing: Standing = fields.static
     both = scene_and_people(standing.scene, people.field, x)
+
+    def margin(offset: Vector3) -> Float[Array, ""]:
+        # which points answer: their mean, under the kernel's weights
+        away_from_base = safe_norm(x - offset)
+        share = jnp.clip((away_from_base - COARSE_FROM) / COARSE_EDGE + 1.0, 0.0, 1.0)
+        return params.spread + share * (params.far_spread - params.spread) + params.person_noise
+
     least = nearest_bound(both.people.log_occupancy, people.log_least, people.field.length_scale)
-    # which points answer: their mean, under the kernel's weights
-    away_from_base = safe_norm(x - both.people.offset)
-    share = jnp.clip((away_from_base - COARSE_FROM) / COARSE_EDGE + 1.0, 0.0, 1.0)
-    spread = params.spread + share * (params.far_spread - params.spread)
-    least = jnp.where(both.people.some, least - spread - params.person_noise, FAR)
+    least = jnp.where(both.people.some, least - margin(both.people.offset), FAR)
     away = jnp.where(both.people.some, unit(both.people.offset), 0.0)
     room = people.beyond - safe_norm(x)
     away = jnp.where(room < least, -unit(x), away)
@@ -170,7 +183,13 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
         room, slope = grid_distance_and_gradient(standing.hidden, x)
         away = jnp.where(room < least, unit(slope), away)
         least = jnp.minimum(room, least)
-    return Reading(both.distance, both.gradient, least, away)
+    others = nearest_other_ways(people.field, people.groups, x, jax.lax.stop_gradient(away), SURFACES - 1)
+    distances = [jnp.where(one.some, one.distance - margin(one.offset), FAR) for one in others]
+    directions = [unit(one.offset) for one in others]
+    return Reading(
+        both.distance, both.gradient, jnp.stack([least, *distances]), jnp.stack([away, *directions]),
+        both.scene_distance, unit_where_long(both.scene_gradient),
+    )  # fmt: skip
 
 
 def rmp_policy(

@@ -14,6 +14,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from hrcjax.geom.point_motion import PointMotion
+from hrcjax.numerics import safe_norm
 from hrcjax.plan import PathResult, PlanParams, PotentialParams, judge
 from hrcjax.policy import JointLimits
 from hrcjax.robot import Arm
@@ -66,17 +67,47 @@ class Fields(eqx.Module):
 
 
 class Reading(eqx.Module):
-    """Reading of the field at one point. Gradients point away from the surface."""
+    """Reading of the field at one point. Gradients point away from the surface.
+
+    Of people there may be one surface, of shape (), or some near ones in different directions, of shape (surface,), the
+    nearest first: `surfaces` takes both.
+    """
 
     distance: Float[Array, "*point"]
     """Distance to the nearest surface, of obstacles or people [m]."""
     gradient: Float[Array, "*point 3"]
     """Its gradient [1]."""
-    person_distance: Float[Array, "*point"]
+    person_distance: Float[Array, "*surface"]
     """Distance to the person, or to all moving points; should be a lower bound of the true one. Finite: about 10 m
     if nobody is present [m]."""
-    person_gradient: Float[Array, "*point 3"]
-    """Its gradient [1]."""
+    person_gradient: Float[Array, "*surface 3"]
+    """Its gradient; 0 where there is no surface [1]."""
+    standing_distance: Float[Array, "*point"] | None = None
+    """Distance to what stands, without people; None: that to everything counts [m]."""
+    standing_gradient: Float[Array, "*point 3"] | None = None
+    """Its gradient [1]. Between two surfaces it is short, and has no direction: there the whole speed of a point counts as approach."""
+
+    def surfaces(self) -> tuple[Float[Array, "surface"], Float[Array, "surface 3"]]:
+        """Distances [m] and gradients [1] of the person's surfaces at one point, also where the part reads only one."""
+        return jnp.atleast_1d(self.person_distance), jnp.atleast_2d(self.person_gradient)
+
+    def standing(self) -> tuple[Float[Array, ""], Vector3]:
+        """Distance [m] and gradient [1] of what stands at one point; of everything, where the part reads no other."""
+        if self.standing_distance is None or self.standing_gradient is None:
+            return self.distance, unit_where_long(self.gradient)
+        return self.standing_distance, self.standing_gradient
+
+
+def nearest_surface(reading: Reading) -> Reading:
+    """The reading with the nearest of the person's surfaces alone, of shape ()."""
+    d, g = reading.surfaces()
+    return eqx.tree_at(lambda r: (r.person_distance, r.person_gradient), reading, (d[0], g[0]))
+
+
+def unit_where_long(g: Float[Array, "*point 3"]) -> Float[Array, "*point 3"]:
+    """Gradients of at least length 1/2 as unit vectors; shorter ones have no direction and stay [1]."""
+    size = safe_norm(g)[..., None]
+    return jnp.where(size < 0.5, g, g / jnp.where(size < 0.5, 1.0, size))
 
 
 FitFn = Callable[[Any, Frames], Fields]

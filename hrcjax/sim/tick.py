@@ -8,7 +8,6 @@ import jax.numpy as jnp
 
 from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
-from hrcjax.numerics import safe_norm
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
 from hrcjax.safety import ClockState, guard, initial_clock
@@ -16,7 +15,7 @@ from hrcjax.sim.cell import Cell
 from hrcjax.sim.govern import Rows, govern
 from hrcjax.sim.guide import Guidance, guide
 from hrcjax.sim.params import Params
-from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Separation, all_finite
+from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Separation, all_finite, unit_where_long
 from hrcjax.sim.route import Route
 from hrcjax.sim.servo import servo
 from hrcjax.typing import Array, Bool, Float, Int, Joints, Scalar
@@ -187,12 +186,6 @@ def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> 
     distance = distance - (radii + COVER_MARGIN)[:, None]  # the margin makes it a bound for the arm's surface
     room = Clearance(seen.distance - radii, seen.gradient, distance[:, 0], away[:, 0])
     return room, Rows.towards(cell.arm, distance, away, body)
-
-
-def unit_where_long(g: Float[Array, "... 3"]) -> Float[Array, "... 3"]:
-    """Gradients of at least length 1/2 as unit vectors; shorter ones have no direction and stay [1]."""
-    size = safe_norm(g)[..., None]
-    return jnp.where(size < 0.5, g, g / jnp.where(size < 0.5, 1.0, size))
 
 
 def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:

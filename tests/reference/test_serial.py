@@ -246,15 +246,16 @@ def test_readings_near_far_and_empty(scene, moving, beyond):
     params = FieldParams()
     got = ours(params, frames, jnp.asarray(x))
     spread = serial_fields.Spread(params.spread, params.far_spread, params.person_noise, COARSE_FROM, COARSE_EDGE)
-    people = serial_fields.fit(points[mask], params.length_scale, params.noise)
+    people = serial_fields.fit(points[mask], params.length_scale, params.noise, len(mask))
     want = serial_fields.read(serial_fields.scene_of(grid), people, beyond, spread, x)
-    for name, one in zip(("distance", "gradient", "person_distance", "person_gradient"), want, strict=True):
+    names = ("distance", "gradient", "person_distance", "person_gradient", "standing_distance", "standing_gradient")
+    for name, one in zip(names, want, strict=True):
         np.testing.assert_allclose(getattr(got, name), one, rtol=1e-9, atol=1e-10, err_msg=name)
     if moving:
         reach = np.linalg.norm(x[:, None] - points[mask], axis=2).min(axis=1)
-        assert (got.person_distance <= reach - 0.02 + 1e-12).all(), "never farther than the nearest point"
-        assert len(set(np.round(reach - np.asarray(got.person_distance), 3).tolist())) > 5
-    length = np.linalg.norm(got.person_gradient, axis=1)
+        assert (got.person_distance[:, 0] <= reach - 0.02 + 1e-12).all(), "never farther than the nearest point"
+        assert len(set(np.round(reach - np.asarray(got.person_distance[:, 0]), 3).tolist())) > 5
+    length = np.linalg.norm(got.person_gradient, axis=-1)
     assert (np.isclose(length, 1) | (length == 0)).all()
 
 
