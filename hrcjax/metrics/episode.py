@@ -24,7 +24,7 @@ from hrcjax.metrics.score import (
 from hrcjax.metrics.smoothness import jerk_rms, log_dimensionless_jerk, spectral_arc_length
 from hrcjax.metrics.timing import arrival
 from hrcjax.numerics import safe_norm
-from hrcjax.typing import Array, Bool, Float
+from hrcjax.typing import Array, Bool, Float, Scalar
 
 _TOOL_WAYPOINTS = 64
 
@@ -87,12 +87,12 @@ METRICS: dict[str, tuple[str, str, str]] = {
     "clearance": (
         "m",
         "high",
-        "smallest true distance of the arm to an obstacle, in the whole episode; NaN: none there",
+        "smallest true distance of the arm to an obstacle, until 1 s after the arrival; NaN: none there",
     ),
     "separation": (
         "m",
         "high",
-        "smallest true distance of the arm to the person, in the whole episode; NaN: nobody there",
+        "smallest true distance of the arm to the person, until 1 s after the arrival; NaN: nobody there",
     ),
     "jerk_rms": ("m/s^3", "low", "root of the mean squared jerk of the tool"),
     "log_dimensionless_jerk": ("1", "high", "-ln of the tool's dimensionless jerk"),
@@ -134,8 +134,8 @@ def episode_metrics(run: Run, yardstick: Yardstick) -> EpisodeMetrics:
         plan_bending_energy=jnp.asarray(run.plan_bending_energy, dtype),
         tool_length=length(way),
         tool_bending_energy=bending_energy(resample_path(way, _TOOL_WAYPOINTS)),
-        clearance=min_clearance(run.clearance),
-        separation=min_clearance(run.separation),
+        clearance=_least(run.least_clearance, run.clearance),
+        separation=_least(run.least_separation, run.separation),
         jerk_rms=jerk,
         log_dimensionless_jerk=log_jerk,
         sparc=sparc,
@@ -149,6 +149,11 @@ def episode_metrics(run: Run, yardstick: Yardstick) -> EpisodeMetrics:
         score_efficiency=efficiency,
         score_overall=overall_score(yardstick.score, safety, efficiency),
     )
+
+
+def _least(known: Scalar | None, samples: Float[Array, "sample"]) -> Float[Array, ""]:
+    """The least distance, as it is known or as the samples say [m]."""
+    return min_clearance(samples) if known is None else jnp.asarray(known, samples.dtype)
 
 
 def _safety(run: Run, yardstick: Yardstick, before: Bool[Array, "time"]) -> Float[Array, ""]:

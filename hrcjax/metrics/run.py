@@ -37,6 +37,10 @@ class Run(eqx.Module):
     """Length of the planned path [m]."""
     plan_bending_energy: Scalar
     """Bending energy of the planned path [1/m]."""
+    least_separation: Scalar | None = None
+    """Least true distance of the whole arm to the person, between samples too; None: of the samples [m]."""
+    least_clearance: Scalar | None = None
+    """The same to an obstacle [m]."""
 
     @property
     def stride(self) -> int:

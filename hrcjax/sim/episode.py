@@ -28,8 +28,8 @@ class Episode(eqx.Module):
 
 
 def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
-    """The tool path through the scene's obstacles (the task-space map, given, not sensed)."""
-    return cell.plan(params.plan, Task(world.scene, world.q_start))
+    """The tool path through the known obstacles (the task-space map, given, not sensed)."""
+    return cell.plan(params.plan, Task(world.known, world.q_start))
 
 
 def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode:
