@@ -30,7 +30,6 @@ from experiments.sensing.rows import (
     static_rows,
 )
 from experiments.sensing.static import View, seen_by, surface_points
-from experiments.sensing.store import RunStore
 from experiments.sensing.truth import (
     arm_obstacles,
     arm_person,
@@ -42,6 +41,7 @@ from experiments.sensing.truth import (
 )
 from experiments.sensing.worlds import image_in_use
 from hrcjax.cells import make_cell
+from hrcjax.lab.case_store import RunStore
 from hrcjax.lab.errors import UsageError
 from hrcjax.robot import arm_capsules
 from hrcjax.sense.faults import BLOCKED
