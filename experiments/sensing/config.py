@@ -41,7 +41,7 @@ class SensingConfig:
     scenes: tuple[str, ...] = SCENES
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     people: tuple[str, ...] = PEOPLE
-    """People: names of motions (reach_in, pass_by, stand_and_work, nobody) or BVH files."""
+    """People: names of motions (reach_in, pass_by, stand_and_work, reach_and_stay, nobody) or BVH files."""
     seeds: int = 1
     """Number of seeds of noise, people and cluttered scenes, from 0."""
     moments: int = 20

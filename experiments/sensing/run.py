@@ -15,6 +15,7 @@ from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
+from hrcjax.lab.case_store import FIGURES, Case, RunStore
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.progress import Progress, duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
@@ -34,7 +35,6 @@ from .page import page
 from .picture import picture_case
 from .rows import Rows, all_rows, holds, table
 from .static import static_case
-from .store import FIGURES, Case, RunStore
 from .worlds import Bench, SetUp, bench
 
 WORKERS = 2

@@ -47,7 +47,7 @@ class SweepConfig:
     scene: tuple[str, ...] = ("robotica",)
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     person: tuple[str, ...] = ("reach_in",)
-    """People: names of motions (reach_in, pass_by, stand_and_work, nobody) or BVH files; two at once: reach_in+pass_by. A file's unit, up axis and joints are found from the body, or given after its name: walk.bvh,unit=cm,up=z,names=joints.toml."""
+    """People: names of motions (reach_in, pass_by, stand_and_work, reach_and_stay, nobody) or BVH files; two at once: reach_in+pass_by. A file's unit, up axis and joints are found from the body, or given after its name: walk.bvh,unit=cm,up=z,names=joints.toml."""
     seed: tuple[int, ...] = (0,)
     """Seeds of the camera's noise, of the person's variation and of cluttered scenes."""
     grid: tuple[str, ...] = ("K_att=log:0.005:0.1:16", "K_rep=log:1e-6:1e-3:16", "zeta=lin:1.5:5:8")

@@ -17,7 +17,10 @@ STATUSES = {
     1: "goal not reached in time",
     2: "the arm touched an obstacle",
     3: "the arm touched the person while it moved",
+    4: "the person touched the standing arm",
+    5: "no plan: the planned path touches an obstacle that the planner knew",
 }
+"""Of several, the first of 3, 2, 4, 5, 1 is told. What else the planner found is in `plan_status`."""
 
 BROKEN = NOT_FINITE_COMMAND | NOT_FINITE_TORQUE | NOT_FINITE_READING
 """Bits of the tick status that make a result invalid."""
@@ -57,6 +60,8 @@ def evaluate(named: NamedCell, params: Params, world: World) -> dict[str, Any]:
         traces = {name: getattr(kept.traces, name) for name in TRACES}
         touched = kept.metrics.clearance < 0
         status = jnp.where(kept.metrics.success > 0, 0, 1)
+        status = jnp.where(kept.no_plan, 5, status)
+        status = jnp.where(kept.run_into, 4, status)
         status = jnp.where(touched, 2, status)
         status = jnp.where(kept.hit, 3, status)
         status = jnp.where(kept.run_status & BROKEN != 0, NOT_FINITE, status)

@@ -33,7 +33,7 @@ from hrcjax.metrics.sound_score import (
 )
 from hrcjax.metrics.timing import Arrival, arrival
 from hrcjax.numerics import safe_divide, safe_norm
-from hrcjax.typing import Array, Bool, Float
+from hrcjax.typing import Array, Bool, Float, Scalar
 
 _TOOL_WAYPOINTS = 64
 
@@ -108,12 +108,12 @@ METRICS: dict[str, tuple[str, str, str]] = {
     "clearance": (
         "m",
         "high",
-        "smallest true distance of the arm to an obstacle, in the whole episode; NaN: none there",
+        "smallest true distance of the arm to an obstacle, until 1 s after the arrival; NaN: none there",
     ),
     "separation": (
         "m",
         "high",
-        "smallest true distance of the arm to the person, in the whole episode; NaN: nobody there",
+        "smallest true distance of the arm to the person, until 1 s after the arrival; NaN: nobody there",
     ),
     "jerk_rms": ("m/s^3", "low", "root of the mean squared jerk of the tool"),
     "log_dimensionless_jerk": ("1", "high", "-ln of the tool's dimensionless jerk"),
@@ -166,8 +166,8 @@ def episode_metrics(run: Run, yardstick: Yardstick) -> EpisodeMetrics:
         plan_bending_energy=jnp.asarray(run.plan_bending_energy, dtype),
         tool_length=length(way),
         tool_bending_energy=bending_energy(resample_path(way, _TOOL_WAYPOINTS)),
-        clearance=min_clearance(run.clearance),
-        separation=min_clearance(run.separation),
+        clearance=_least(run.least_clearance, run.clearance),
+        separation=_least(run.least_separation, run.separation),
         jerk_rms=jerk,
         log_dimensionless_jerk=log_jerk,
         sparc=sparc,
@@ -199,7 +199,7 @@ def _sound(
         share = safe_divide(safe_norm(yardstick.goal - run.tool[0]), jnp.asarray(run.plan_length, run.tool.dtype), 1.0)
         straight = yardstick.ideal_time * jnp.minimum(share, 1.0)
     return SoundTerms(
-        clearance=sound_clearance(min_clearance(run.clearance), sound.full_clearance),
+        clearance=sound_clearance(_least(run.least_clearance, run.clearance), sound.full_clearance),
         separation=sound_separation(run.separation, run.protective_distance, before),
         time=sound_time(straight, reached.time),
         jerk=sound_jerk(log_jerk, sound.jerk_scale),
@@ -209,8 +209,16 @@ def _sound(
 
 def _touched(run: Run, yardstick: Yardstick) -> Bool[Array, ""]:
     """Whether the arm touched an obstacle, or the person while it moved, in the whole episode."""
-    moving = jnp.max(jnp.abs(run.qd[:: run.stride]), axis=1) > yardstick.moving
-    return jnp.any(run.clearance < 0) | jnp.any(moving & (run.separation < 0))
+    person = run.touched
+    if person is None:
+        moving = jnp.max(jnp.abs(run.qd[:: run.stride]), axis=1) > yardstick.moving
+        person = jnp.any(moving & (run.separation < 0))
+    return (_least(run.least_clearance, run.clearance) < 0) | person
+
+
+def _least(known: Scalar | None, samples: Float[Array, "sample"]) -> Float[Array, ""]:
+    """The least distance, as it is known or as the samples say [m]."""
+    return min_clearance(samples) if known is None else jnp.asarray(known, samples.dtype)
 
 
 def _safety(run: Run, yardstick: Yardstick, before: Bool[Array, "time"]) -> Float[Array, ""]:

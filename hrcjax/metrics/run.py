@@ -38,6 +38,12 @@ class Run(eqx.Module):
     """Length of the planned path [m]."""
     plan_bending_energy: Scalar
     """Bending energy of the planned path [1/m]."""
+    least_separation: Scalar | None = None
+    """Least true distance of the whole arm to the person, between samples too; None: of the samples [m]."""
+    least_clearance: Scalar | None = None
+    """The same to an obstacle [m]."""
+    touched: Bool[Array, ""] | None = None
+    """Whether arm and person touched at any tick; None: as the samples of a moving arm say."""
 
     @property
     def stride(self) -> int:

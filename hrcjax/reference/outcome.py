@@ -10,14 +10,16 @@ from hrcjax.reference import measures
 from hrcjax.reference.plain import plain
 from hrcjax.reference.safety import safe_distance
 from hrcjax.reference.sound_score import sound_scores
-from hrcjax.reference.truth import obstacle_distances, person_distance
+from hrcjax.reference.truth import approach_speeds, obstacle_distances, person_distance
 from hrcjax.safety import SsmParams
 from hrcjax.sim import Cell, Params, World
 
 REACHED = 0.02
 """Distance of the tool to the goal that counts as reached [m]."""
-MOVING = 0.05
-"""Joint speed above which the arm counts as moving [rad/s]."""
+MOVING = 0.01
+"""Speed of any joint above which the arm counts as moving [rad/s]."""
+AFTER = 1.0
+"""Time after the arrival at which the episode ends [s]."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,9 @@ class SerialOutcome:
     run_status: int
     """Bits of the tick status, combined over all ticks."""
     hit: bool
-    """Whether arm and person touched while the arm moved."""
+    """Whether arm and person touched at a tick in which the arm moved."""
+    run_into: bool
+    """Whether they touched at a tick in which it stood."""
 
 
 def protective_distances(params: SsmParams, approach: NDArray, separation: NDArray) -> NDArray:
@@ -62,16 +66,18 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
     params, k, dt = plain(params), cell.metric_stride, cell.dt
     ssm, goal = params.safety.ssm, np.asarray(world.scene.goal)
     q, qd, qdd, tau, tool = (np.asarray(getattr(record, name)) for name in ("q", "qd", "qdd", "tau", "tool"))
-    zone, approach = np.asarray(record.zone), np.asarray(record.approach)[::k]
-
-    separation = person_distance(cell.arm, world.person, q[::k], cell.times[::k])
-    obstacles = obstacle_distances(cell.arm, world.scene, q[::k])
+    zone, every = np.asarray(record.zone), obstacle_distances(cell.arm, world.scene, q)
+    apart = person_distance(cell.arm, world.person, q, cell.times)
+    approach = approach_speeds(cell.arm, world.person, q[::k], qd[::k], cell.times[::k])
+    separation, obstacles = apart[::k], every[::k]
     clearance = obstacles.min(axis=1)
     closing = -np.gradient(separation, k * dt)
     protective = protective_distances(ssm, approach, separation)
     below = separation < protective
 
     at = measures.arrival(tool, goal, REACHED, dt)
+    counts = np.arange(len(tool)) <= (at.index + round(AFTER / dt) if at.success else len(tool))
+    touch, moving = counts & (apart < 0), np.abs(qd).max(axis=1) > MOVING
     until, some = slice(0, at.index + 1), slice(0, at.index // k + 1)
     way, seldom = tool[until], tool[::k][some]
     evenly = measures.evenly(np.concatenate([way, way[-1:]]), measures.TOOL_WAYPOINTS)
@@ -93,8 +99,8 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
         "plan_bending_energy": measures.path_bending(waypoints),
         "tool_length": measures.path_length(way),
         "tool_bending_energy": measures.path_bending(evenly),
-        "clearance": float(clearance.min()),
-        "separation": float(separation.min()),
+        "clearance": float(every[counts].min()),
+        "separation": float(apart[counts].min()),
         "jerk_rms": jerk,
         "log_dimensionless_jerk": dimensionless,
         "sparc": measures.spectral_arc_length(speed, rate),
@@ -110,12 +116,12 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
     }
     straight = ideal * min(float(measures.size(goal - tool[0])) / planned, 1.0)
     metrics |= sound_scores(
-        clearance,
+        metrics["clearance"],
         separation,
         protective,
         at.index // k + 1,
-        np.abs(qd[::k]).max(axis=1),
         at.success,
+        bool(touch.any()) or metrics["clearance"] < 0,
         (straight, at.time),
         dimensionless,
         metrics["energy"],
@@ -126,5 +132,6 @@ def outcome(params: Params, cell: Cell, world: World, waypoints: NDArray, record
         clearance=clearance,
         speed=measures.size(np.gradient(tool, dt, axis=0))[::k],
         run_status=int(np.bitwise_or.reduce(np.asarray(record.status))),
-        hit=bool(((np.abs(qd[::k]).max(axis=1) > MOVING) & (separation < 0)).any()),
+        hit=bool((touch & moving).any()),
+        run_into=bool((touch & ~moving).any()),
     )

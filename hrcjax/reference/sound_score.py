@@ -3,17 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-MOVING = 0.05
-"""Joint speed above which a contact with the person is one with a moving arm [rad/s]."""
-
-
 def sound_scores(
-    clearance: NDArray,
+    clearance: float,
     separation: NDArray,
     protective: NDArray,
     until: int,
-    joint_speed: NDArray,
     arrived: bool,
+    touched: bool,
     times: tuple[float, float],
     log_jerk: float,
     work: float,
@@ -21,14 +17,15 @@ def sound_scores(
     """The terms and the score, by the names of `hrcjax.metrics.METRICS`.
 
     Args:
-        clearance, separation, protective: distances over sample [m].
+        clearance: the least one [m].
+        separation, protective: distances over sample [m].
         until: number of samples up to the arrival.
-        joint_speed: of the fastest joint over sample [rad/s].
+        touched: whether the arm touched an obstacle or the person.
         times: of the straight way, and to the goal [s].
         log_jerk: -ln of the dimensionless jerk [1].
         work: of the joints [J].
     """
-    near = min(max(float(clearance.min()) / 0.05, 0.0), 1.0)
+    near = min(max(clearance / 0.05, 0.0), 1.0)
     missing = [min(max(1 - d / s, 0.0), 1.0) for d, s in zip(separation[:until], protective[:until], strict=True)]
     terms = {
         "sound_clearance": 100 * (1 - (1 - near) ** 2),
@@ -39,5 +36,4 @@ def sound_scores(
     }
     weights = (0.25, 0.25, 0.2, 0.15, 0.15)
     quality = sum(weight * term for weight, term in zip(weights, terms.values(), strict=True))
-    touched = clearance.min() < 0 or ((joint_speed > MOVING) & (separation < 0)).any()
     return {**terms, "score_sound": 20 + 0.8 * quality if arrived and not touched else 0.1 * quality}

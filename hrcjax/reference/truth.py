@@ -55,8 +55,8 @@ def person_axes(person: Person, times: NDArray) -> tuple[NDArray, NDArray, NDArr
     return a[low] * (1 - part) + a[high] * part, b[low] * (1 - part) + b[high] * part, there
 
 
-def segment_distance(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
-    """Distance of the segments a to b and c to d, (... 3), by clamping one parameter after the other [m].
+def nearest_places(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
+    """Nearest points of the segments a to b and c to d, (... 3), as shares of their lengths [1], by clamping one after the other.
 
     C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
     """
@@ -72,20 +72,59 @@ def segment_distance(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
     s = np.where(t < 0, -uw / uu_, np.where(t > 1, (uv - uw) / uu_, s))
     t = np.clip(t, 0, 1)
     s = np.clip(np.where(point_v, -uw / uu_, s), 0, 1)
-    s = np.where(point_u, 0.0, s)
-    gap = w + s[..., None] * u - t[..., None] * v
+    return np.where(point_u, 0.0, s), t
+
+
+def segment_gap(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
+    """From the nearest point of the segment a to b to that of the segment c to d, (... 3) [m]."""
+    s, t = nearest_places(a, b, c, d)
+    return c + t[..., None] * (d - c) - a - s[..., None] * (b - a)
+
+
+def segment_distance(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> NDArray:
+    """Distance of the segments a to b and c to d, (... 3) [m]."""
+    gap = segment_gap(a, b, c, d)
     return np.sqrt((gap * gap).sum(-1))
 
 
-def person_distance(arm: Arm, person: Person, q: NDArray, times: NDArray) -> NDArray:
-    """Least distance between the surfaces of the whole arm and of the person at every time [m]; FAR if nobody is present."""
+def person_distances(arm: Arm, person: Person, q: NDArray, times: NDArray) -> NDArray:
+    """Distances between the surfaces of the arm's capsules and of the person's, (time capsule other) [m]; FAR where nobody is."""
     a, b = arm_axes(arm, q)
     c, d, there = person_axes(person, times)
     radius = np.asarray(person.radius)
     axes = segment_distance(a[:, :, None], b[:, :, None], c[:, None], d[:, None])
     surfaces = axes - arm.capsule_radii[:, None] - radius
-    surfaces = np.where(radius < 0, FAR, surfaces)
-    return np.where(there, surfaces.min(axis=(1, 2)), FAR)
+    return np.where(there[:, None, None] & (radius >= 0), surfaces, FAR)
+
+
+def person_distance(arm: Arm, person: Person, q: NDArray, times: NDArray) -> NDArray:
+    """Least distance between the surfaces of the whole arm and of the person at every time [m]; FAR if nobody is present."""
+    return person_distances(arm, person, q, times).min(axis=(1, 2))
+
+
+def approach_speeds(arm: Arm, person: Person, q: NDArray, qd: NDArray, times: NDArray) -> NDArray:
+    """Speed of the arm's nearest point towards the person at every time, by MuJoCo's Jacobians [m/s]; 0 if nobody is present."""
+    model = arm.model
+    data, jacobian = mujoco.MjData(model), np.empty((3, model.nv))
+    a, b = arm_axes(arm, q)
+    c, d, _ = person_axes(person, times)
+    distances = person_distances(arm, person, q, times)
+    found = np.zeros(len(q))
+    for k, surfaces in enumerate(distances):
+        i, j = np.unravel_index(surfaces.argmin(), surfaces.shape)
+        link = arm.capsule_links[i]
+        if surfaces[i, j] == FAR or link < 0:
+            continue
+        ends = a[k, i], b[k, i], c[k, j], d[k, j]
+        share, gap = nearest_places(*ends)[0], segment_gap(*ends)
+        data.qpos[:] = q[k]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        body = int(model.jnt_bodyid[link])
+        mujoco.mj_jac(model, data, jacobian, None, a[k, i] + share * (b[k, i] - a[k, i]), body)
+        size = np.sqrt((gap * gap).sum())
+        found[k] = gap @ (jacobian @ qd[k]) / size if size > 0 else 0.0
+    return found
 
 
 def solid_distance(kind: int, center: NDArray, size: NDArray, yaw: float, x: NDArray) -> NDArray:

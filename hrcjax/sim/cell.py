@@ -29,13 +29,21 @@ class World(eqx.Module):
     """One scene with one person, sensed once and shared by all settings."""
 
     scene: Scene
-    """Exact obstacles: the task-space map of the planner, and the ground truth of the metrics."""
+    """Exact obstacles: ground truth of the metrics, and what the cameras look at."""
     person: Person
     """Exact person: ground truth of the metrics only."""
     frames: Frames
     """The camera's frames: static and moving points, stamps, validity."""
     q_start: Joints
     """Joint angles at the start [rad]."""
+    known: Scene
+    """The task-space map that the planner is given; unless told otherwise, the exact obstacles."""
+
+    def __init__(
+        self, scene: Scene, person: Person, frames: Frames, q_start: Joints, known: Scene | None = None
+    ) -> None:
+        self.scene, self.person, self.frames, self.q_start = scene, person, frames, q_start
+        self.known = scene if known is None else known
 
 
 @dataclass(frozen=True)

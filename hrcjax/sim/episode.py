@@ -28,13 +28,13 @@ class Episode(eqx.Module):
 
 
 def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
-    """The tool path through the scene's obstacles (the task-space map, given, not sensed)."""
+    """The tool path through the known obstacles (the task-space map, given, not sensed)."""
     return cell.plan(params.plan, task_of(params, cell, world))
 
 
 def task_of(params: Params, cell: Cell, world: World) -> Task:
     """The planning problem of a world."""
-    return Task(world.scene, world.q_start, params.potential, cell.arm)
+    return Task(world.known, world.q_start, params.potential, cell.arm)
 
 
 def plan_route(params: Params, cell: Cell, task: Task) -> tuple[PathResult, Route]:

@@ -4,22 +4,31 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.geom.capsules import Capsules
-from hrcjax.geom.segment import FAR, capsule_distance
-from hrcjax.metrics import EpisodeMetrics, Run, Yardstick, episode_metrics, ideal_time
+from hrcjax.metrics import EpisodeMetrics, Run, Yardstick, arrival, episode_metrics, ideal_time
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import arm_capsules
 from hrcjax.safety import assumed_human_speed, safe_distance, separation_distance
 from hrcjax.sim.cell import Cell, World
 from hrcjax.sim.episode import Episode
+from hrcjax.sim.exact import (
+    approach_speed,
+    least_clearance,
+    least_separations,
+    moving_links,
+    sampled_obstacle_distances,
+    sampled_person_distances,
+    thinned,
+)
 from hrcjax.sim.params import Params
-from hrcjax.typing import Array, Bool, Float, Int, Joints, Scalar
-from hrcjax.world import capsules_obstacle_distances, person_at
+from hrcjax.typing import Array, Bool, Float, Int
+from hrcjax.world import person_at
 
 REACHED = 0.02
 """Distance of the tool to the goal that counts as reached [m]."""
-MOVING = 0.05
-"""Joint speed above which the arm counts as moving [rad/s]."""
+MOVING = 0.01
+"""Speed of any joint above which the arm counts as moving [rad/s]."""
+AFTER = 1.0
+"""Time after the arrival at which the episode ends: what happens later does not count [s]."""
 
 
 class Traces(eqx.Module):
@@ -39,8 +48,9 @@ class Traces(eqx.Module):
     """Speed towards the person that the safety monitor allowed [m/s]."""
     zone: Int[Array, "time"]
     """0 green, 1 yellow, 2 red, 3 stop [1]."""
-    path_status: Int[Array, ""]
-    """Bits: 1 the descent of the potential reached the goal, 2 required distances kept, 4 within the bounds [1]."""
+    plan_status: Int[Array, ""]
+    """What the planner says of its path, bits: 1 the descent of the potential reached the goal, 2 required distances kept,
+    4 within the bounds, 8 no link touches another; 14 and 15 are a path without fault [1]."""
 
 
 class Outcome(eqx.Module):
@@ -51,34 +61,43 @@ class Outcome(eqx.Module):
     run_status: Int[Array, ""]
     """Bits of the tick status, combined over all ticks."""
     hit: Bool[Array, ""]
-    """Whether arm and person touched while the arm moved; a played-back person may also run into a stationary arm."""
+    """Whether arm and person touched at a tick in which the arm moved."""
+    run_into: Bool[Array, ""]
+    """Whether they touched at a tick in which the arm stood: the person ran into it."""
+    no_plan: Bool[Array, ""]
+    """Whether the planner found no path: its best one touches an obstacle, which was not asked for."""
 
 
-def true_distances(cell: Cell, world: World, q: Joints, t: Scalar) -> tuple[Array, Array]:
-    """Exact distances of the whole arm to the person, and to every obstacle [m]; FAR where there is none."""
-    arm = arm_capsules(cell.arm, q)
-    person = person_at(world.person, t)
-    between = jax.vmap(jax.vmap(capsule_distance, (None, None, None, 0, 0, 0)), (0, 0, 0, None, None, None))
-    to_person = between(arm.a, arm.b, arm.radius, person.a, person.b, person.radius)
-    to_person = jnp.where(person.radius[None, :] < 0, FAR, to_person)
-    fixed = sum(link < 0 for link in cell.arm.capsule_links)  # the base comes first
-    moving = Capsules(*(x[fixed:] for x in (arm.a, arm.b, arm.radius)))
-    return jnp.min(to_person), jnp.min(capsules_obstacle_distances(world.scene, moving), axis=0)
+def counted(cell: Cell, world: World, tool: Float[Array, "time 3"]) -> Bool[Array, "time"]:
+    """Ticks of the episode, which ends `AFTER` the arrival; all where the tool does not arrive."""
+    at = arrival(tool, world.scene.goal, REACHED, jnp.asarray(cell.dt, tool.dtype))
+    last = jnp.sum(at.before, dtype=jnp.int32) - 1 + round(AFTER / cell.dt)
+    return (jnp.arange(tool.shape[0], dtype=jnp.int32) <= last) | ~at.success
 
 
 def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     """The metrics of an episode, against the ground truth of the world."""
     record, k = run.record, cell.metric_stride
     dtype = record.q.dtype
-    times = jnp.asarray(cell.times[::k], dtype)
-    separation, obstacles = jax.vmap(lambda q, t: true_distances(cell, world, q, t))(record.q[::k], times)
+    times = jnp.asarray(cell.times, dtype)
+    arm = jax.vmap(lambda q: arm_capsules(cell.arm, q))(record.q)
+    person = jax.vmap(lambda t: person_at(world.person, t))(times)
+    seldom = thinned(person, k)
+    to_person = sampled_person_distances(thinned(arm, k), seldom)
+    separation = jnp.min(to_person, axis=(1, 2))
+    approach = jax.vmap(lambda *at: approach_speed(cell, *at))(record.q[::k], record.qd[::k], seldom, to_person)
+    links = moving_links(cell, arm)
+    to_obstacles = sampled_obstacle_distances(world.scene, thinned(links, k))
+    obstacles = jnp.min(to_obstacles, axis=1)
     clearance = jnp.min(obstacles, axis=1)
     closing = -jnp.asarray(jnp.gradient(separation, k * cell.dt))
     tool_speed = safe_norm(jnp.asarray(jnp.gradient(record.tool, cell.dt, axis=0)))
     ssm = cell.safety.yardstick(params.safety)
-    protective = jax.vmap(lambda v, d: separation_distance(ssm, v, assumed_human_speed(ssm, d)))(
-        record.approach[::k], separation
-    )
+    protective = jax.vmap(lambda v, d: separation_distance(ssm, v, assumed_human_speed(ssm, d)))(approach, separation)
+
+    counts = counted(cell, world, record.tool)
+    moving = jnp.max(jnp.abs(record.qd), axis=1) > MOVING
+    least, hit, run_into = least_separations(arm, person, to_person, k, counts, moving)
     ideal = ideal_time(run.path.length, params.motion.speed, params.motion.clock.acceleration)
     measured = Run(
         dt=cell.dt,
@@ -93,6 +112,9 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         obstacle_distances=jnp.where(world.scene.mask, obstacles, 0.0),
         clearance=clearance,
         protective_distance=protective,
+        least_separation=least,
+        least_clearance=least_clearance(world.scene, links, to_obstacles, k, counts),
+        touched=hit | run_into,
         plan_length=run.path.length,
         plan_bending_energy=run.path.bending_energy,
     )
@@ -112,8 +134,8 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         speed=tool_speed[::k],
         speed_limit=record.speed_limit[::k],
         zone=record.zone[::k].astype(jnp.int8),
-        path_status=run.path.status,
+        plan_status=run.path.status,
     )
     any_tick = jax.lax.reduce(record.status, jnp.zeros((), jnp.int32), jax.lax.bitwise_or, (0,))
-    moving = jnp.max(jnp.abs(record.qd[::k]), axis=1) > MOVING
-    return Outcome(metrics, traces, any_tick, jnp.any(moving & (separation < 0)))
+    no_plan = (run.path.clearance < 0) & ~run.path.clear
+    return Outcome(metrics, traces, any_tick, hit, run_into, no_plan)

@@ -121,26 +121,28 @@ def make_world(
     key: PRNGKeyArray,
     params: SenseParams | None = None,
     faults: FaultSchedule | None = None,
+    known: Scene | None = None,
 ) -> World:
     """Sense a scene with a person in it, once for all settings: the set-up, then every image of the episode.
 
     Args:
         rig: the cameras.
         faults: of the stationary cameras; None: they work.
+        known: the obstacles that the planner is told of; None: those of the scene.
 
     Raises:
         ValueError: start or goal out of the arm's reach.
     """
     params = SenseParams() if params is None else params
     survey_key, frame_key = jax.random.split(key)
-    known = survey_world(cell, scene, person, rig, survey_key, params, faults)
+    found = survey_world(cell, scene, person, rig, survey_key, params, faults)
     q_goal = posture_at(cell, scene.goal)
     stamps, cameras = frame_stamps(cell, rig)
     times, cameras = jnp.asarray(stamps, q_goal.dtype), jnp.asarray(cameras)
-    q = nominal_motion(known.q_start, q_goal, times, min(0.6 * cell.ticks * cell.dt, NOMINAL))
+    q = nominal_motion(found.q_start, q_goal, times, min(0.6 * cell.ticks * cell.dt, NOMINAL))
     sizes = (cell.voxels, cell.moving_points * cell.people, cell.latency)
-    frames = _sense(cell.arm, sizes, known, q, times, cameras, frame_key, params)
-    return World(scene, person, frames, known.q_start)
+    frames = _sense(cell.arm, sizes, found, q, times, cameras, frame_key, params)
+    return World(scene, person, frames, found.q_start, known)
 
 
 def scene_field(cell: Cell, params: SenseParams, surveyed: Survey) -> GridField:

@@ -24,6 +24,9 @@ REST = (0.15, 0.06, -0.57)
 PROP = (0.10, 0.10, -0.48)
 """The other hand, propped on the table while the body leans over it: the same [m]."""
 
+REACH_TIME = 6.0
+"""Time in which a reach would come and go, of a hand that stays [s]."""
+
 
 def smooth_step(t: Scalar, start: Scalar, end: Scalar) -> Float[Array, ""]:
     """From 0 at `start` to 1 at `end`, with zero speed and acceleration at both (minimum jerk, Flash and Hogan 1985)."""
@@ -66,6 +69,21 @@ def reach_in(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 3
     The hand is in the path from about 0.42 to 0.62 of the duration. A target out of reach is approached on the straight
     line from the shoulder, as far as the arm goes.
     """
+    return _reach(scene, seed, duration, rate, duration, stays=False)
+
+
+def reach_and_stay(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 30.0) -> Person:
+    """The same, but the hand stays in the path to the end. It is there after 2.5 s, or 0.42 of a duration under 6 s."""
+    return _reach(scene, seed, duration, rate, min(duration, REACH_TIME), stays=True)
+
+
+def _reach(scene: Scene, seed: int, duration: float, rate: float, span: float, stays: bool) -> Person:
+    """A hand reaches into the path.
+
+    Args:
+        span: time from before the first step to after the last [s].
+        stays: the hand does not leave.
+    """
     draw = np.random.default_rng(seed)
     dtype = scene.start.dtype
     shift = float(draw.uniform(-0.02, 0.02)) if seed else 0.0
@@ -88,9 +106,9 @@ def reach_in(scene: Scene, seed: int = 0, duration: float = 8.0, rate: float = 3
     target = jnp.stack([-way[1], sign * way[0], way[2]])  # forward is -y, left is +x
 
     def pose_at(t: Float[Array, ""]) -> Pose:
-        f = t / duration + shift
-        here = bump(f, 0.08, 0.30, 0.68, 0.92)
-        reach = bump(f, 0.26, 0.42, 0.62, 0.78)
+        f = t / span + shift
+        here = smooth_step(f, 0.08, 0.30) if stays else bump(f, 0.08, 0.30, 0.68, 0.92)
+        reach = smooth_step(f, 0.26, 0.42) if stays else bump(f, 0.26, 0.42, 0.62, 0.78)
         rest, prop = jnp.asarray(REST, dtype), jnp.asarray(PROP, dtype)
         moving, other = rest + reach * (target - rest), rest + reach * (prop - rest)
         return Pose(
@@ -184,6 +202,7 @@ MOTIONS: dict[str, MotionEntry] = {
     "reach_in": MotionEntry(reach_in, "steps up and puts a hand into the robot's path"),
     "pass_by": MotionEntry(pass_by, "walks past the table at 1.2 m/s"),
     "stand_and_work": MotionEntry(stand_and_work, "stands at the table and moves both hands over it"),
+    "reach_and_stay": MotionEntry(reach_and_stay, "steps up and puts a hand into the robot's path, where it stays"),
     "nobody": MotionEntry(nobody, "an empty cell"),
 }
 

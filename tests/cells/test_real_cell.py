@@ -95,8 +95,9 @@ def test_status_says_what_happened(cell_and_world, results) -> None:
     np.testing.assert_allclose(out["tool"][2, -1], np.asarray(world.scene.goal), atol=0.02)
     assert (out["zone"] == 0).all()  # nobody there: green
     assert np.isnan(out["separation"]).all()
-    assert (out["path_status"][1:3] == 7).all()
-    np.testing.assert_allclose(out["clearance_t"].min(axis=1), out["clearance"], rtol=1e-6)
+    assert (out["plan_status"][1:3] == 7).all()
+    seldom = out["clearance_t"].min(axis=1)  # of every tenth tick
+    assert (out["clearance"] <= seldom).all() and (seldom - out["clearance"] < 0.01).all()
     np.testing.assert_allclose(out["speed"][2].max(), 0.4, atol=0.02)
 
 

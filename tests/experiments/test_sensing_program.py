@@ -30,7 +30,6 @@ from experiments.sensing.rows import (
     static_rows,
 )
 from experiments.sensing.static import View, seen_by, surface_points
-from experiments.sensing.store import RunStore
 from experiments.sensing.truth import (
     arm_obstacles,
     arm_person,
@@ -42,12 +41,14 @@ from experiments.sensing.truth import (
 )
 from experiments.sensing.worlds import image_in_use
 from hrcjax.cells import make_cell
-from hrcjax.field.grid import GridField, GridLayout
+from hrcjax.lab.case_store import RunStore
 from hrcjax.lab.errors import UsageError
+from hrcjax.robot import arm_capsules
 from hrcjax.sense.faults import BLOCKED
-from hrcjax.sim import Cell, Frames, Params, World
-from hrcjax.sim.outcome import true_distances
-from hrcjax.world import motion_named, scene_named
+from hrcjax.sim import Cell, Params
+from hrcjax.sim.exact import person_distances
+from hrcjax.world import capsules_obstacle_distances, motion_named, scene_named
+from hrcjax.world.person import person_at
 
 ROOT = Path(__file__).parents[2]
 DT = 0.008
@@ -67,15 +68,18 @@ def test_the_own_geometry_agrees_with_that_of_the_outcome(name: str, cell: Cell)
     scene = scene_named(name, 1)
     person = jax.jit(lambda: motion_named("reach_in", scene, 1, 8.0, 30.0))()
     q, t = draw.uniform(-3, 3, (12, 6)), draw.uniform(-1, 9, 12)
-    field = GridField(jnp.zeros((6, 6, 6), jnp.float32), GridLayout((0.0, 0.0, 0.0), (4, 4, 4), 1.0))  # neither is read
-    frames = Frames.nobody(field, 1, 1, jnp.dtype("float32"), jnp.asarray(False), None)
-    world = World(scene, person, frames, jnp.zeros(6, jnp.float32))
-    found = jax.jit(jax.vmap(lambda q, t: true_distances(cell, world, q, t)))
-    people, obstacles = found(jnp.asarray(q, jnp.float32), jnp.asarray(t, jnp.float32))
+
+    def distances(q: jax.Array, t: jax.Array) -> tuple[jax.Array, jax.Array]:
+        arm = arm_capsules(cell.arm, q)
+        links = jax.tree.map(lambda a: a[1:], arm)  # without the base
+        return person_distances(arm, person_at(person, t)), capsules_obstacle_distances(scene, links)
+
+    found = jax.jit(jax.vmap(distances))(jnp.asarray(q, jnp.float32), jnp.asarray(t, jnp.float32))
+    people, obstacles = (np.asarray(each).min(axis=(1, 2)) for each in found)
     np.testing.assert_allclose(arm_person(cell.arm, person, q, t, whole=True), people, atol=1e-5)
-    np.testing.assert_allclose(arm_obstacles(cell.arm, scene, q), np.min(np.asarray(obstacles), axis=1), atol=1e-5)
+    np.testing.assert_allclose(arm_obstacles(cell.arm, scene, q), obstacles, atol=1e-5)
     part = arm_person(cell.arm, person, q, t)
-    assert (part >= np.asarray(people) - 1e-5).all()  # without the base never nearer
+    assert (part >= people - 1e-5).all()  # without the base never nearer
 
 
 def test_segments_against_dense_sampling() -> None:

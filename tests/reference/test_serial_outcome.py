@@ -145,7 +145,8 @@ def assert_same(ours, theirs: SerialOutcome) -> None:
     over = np.asarray(ours.traces.clearance_t) - theirs.clearance
     assert over.min() > -1e-12 and over.max() < SEARCH
     np.testing.assert_allclose(ours.traces.speed, theirs.speed, rtol=0, atol=1e-12)
-    assert int(ours.run_status) == theirs.run_status and bool(ours.hit) == theirs.hit
+    assert int(ours.run_status) == theirs.run_status
+    assert (bool(ours.hit), bool(ours.run_into)) == (theirs.hit, theirs.run_into)
 
 
 def changed(record: SimpleNamespace, **values) -> SimpleNamespace:
@@ -158,27 +159,28 @@ def test_the_tool_arrives_while_the_person_comes(measure, world, record) -> None
     found = theirs.metrics
     assert found["success"] == 1 and 1.0 < found["time_to_goal"] < 1.5 and theirs.run_status == 2
     assert 0.2 < found["time_below_sp"] < found["time_to_goal"], "the scenario must have both"
+    assert found["clearance"] < theirs.clearance.min() - 1e-5, "the nearest moment is between two samples"
     near = theirs.separation < 0.31  # S_p(0) at the defaults
     assert 0 < near[: int(found["time_to_goal"] / 0.08)].sum() < 15, "and unsafe moments"
-    assert theirs.separation.min() < 0 and not theirs.hit, "contact after the arrival only, when the arm stands"
+    assert theirs.separation.min() < 0 and theirs.run_into and not theirs.hit, "contact when the arm stands"
     np.testing.assert_allclose(ours.traces.tool, record.tool[::STRIDE])
     np.testing.assert_array_equal(ours.traces.zone, record.zone[::STRIDE])
     np.testing.assert_allclose(ours.traces.speed_limit, record.speed_limit[::STRIDE])
 
 
 def test_contact_while_the_arm_moves(measure, world, record) -> None:
-    ours, theirs = measure(world, changed(record, qd=record.qd + 0.06 * np.eye(6)[3]))  # one joint suffices
-    assert theirs.hit
+    ours, theirs = measure(world, changed(record, qd=record.qd + 0.011 * np.eye(6)[3]))  # one joint suffices
+    assert theirs.hit and not theirs.run_into
     assert_same(ours, theirs)
 
 
 def test_a_near_miss_is_no_contact(measure, world, record) -> None:
     moving = changed(record, qd=record.qd + 0.06)
-    most = -measure(world, moving)[1].separation.min()
+    most = -measure(world, moving)[1].metrics["separation"]
     thinner = eqx.tree_at(lambda w: w.person.radius, world, world.person.radius - most - 0.003)
     ours, theirs = measure(thinner, moving)
     assert_same(ours, theirs)
-    assert 0 < theirs.separation.min() < 0.005 and not theirs.hit
+    assert 0 < theirs.separation.min() < 0.005 and not theirs.hit and not theirs.run_into
 
 
 def test_what_stands_at_the_base_is_no_obstacle_to_it(measure, cell, world, record) -> None:
@@ -197,7 +199,7 @@ def test_a_goal_that_is_not_reached(measure, world, record) -> None:
     ours, theirs = measure(away, record)
     assert_same(ours, theirs)
     assert theirs.metrics["success"] == 0 and theirs.metrics["time_to_goal"] == pytest.approx((TICKS - 1) * 0.008)
-    assert theirs.metrics["time_below_sp"] > 1.0
+    assert theirs.metrics["time_below_sp"] > 0.8
 
 
 def test_the_distance_that_counts_as_reached(measure, world, record) -> None:

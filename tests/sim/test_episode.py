@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from hrcjax.reference.truth import obstacle_distances, person_distance
 from hrcjax.safety import OLD_DATA
 from hrcjax.sense import HEALTH_REASONS
 from hrcjax.sim import episode, fit_fields, outcome
@@ -95,10 +96,27 @@ def test_the_record_names_what_the_cameras_suffer(program, float_params, world, 
     assert not np.any(seen[0].record.cameras) and 5 < due.sum() < 55
 
 
-def test_contact_counts_while_the_arm_moves_only(seen, cell, world, float_params):
+def test_contacts_of_the_moving_and_of_the_standing_arm(seen, cell, world, float_params):
     """The record turned so that the arm stands, or moves, within the person all the time."""
     run, _ = seen
     there = eqx.tree_at(lambda w: w.person.radius, world, jnp.full_like(world.person.radius, 5.0))
-    measure = jax.jit(lambda run, world: outcome(float_params, cell, world, run).hit)
+
+    @jax.jit
+    def measure(run, world):
+        kept = outcome(float_params, cell, world, run)
+        return kept.hit, kept.run_into
+
     standing, moving = (eqx.tree_at(lambda r: r.record.qd, run, jnp.full_like(run.record.qd, v)) for v in (0.0, 0.2))
-    assert bool(measure(moving, there)) and not bool(measure(standing, there)) and not bool(measure(moving, world))
+    assert [bool(one) for one in measure(moving, there)] == [True, False]
+    assert [bool(one) for one in measure(standing, there)] == [False, True]
+    assert not any(measure(moving, world))
+
+
+def test_least_distances_are_those_of_all_ticks(seen, cell, world):
+    """Against the geometry in plain NumPy at every tick."""
+    run, kept = seen
+    q = np.asarray(run.record.q, float)
+    assert not kept.metrics.success, "so that all ticks count"
+    apart = person_distance(cell.arm, world.person, q, cell.times).min()
+    np.testing.assert_allclose(kept.metrics.separation, apart, atol=3e-5)
+    np.testing.assert_allclose(kept.metrics.clearance, obstacle_distances(cell.arm, world.scene, q).min(), atol=3e-5)

@@ -13,7 +13,7 @@ from hrcjax.world.place import EDGE_GAP, path_middle, standing_place
 from hrcjax.world.scene import FLOOR_Z, Scene
 from hrcjax.world.scenes import clutter, hri, robotica
 
-MOVING = ("reach_in", "pass_by", "stand_and_work")
+MOVING = ("reach_in", "pass_by", "stand_and_work", "reach_and_stay")
 SCENES = {"robotica": robotica(dtype=jnp.float64), "hri": hri(jnp.float64), "clutter": clutter(3, jnp.float64)}
 _made = {}
 
@@ -184,3 +184,16 @@ def test_places_and_errors():
     with pytest.raises(ValueError, match="must be positive"):
         frame_count(0.0, 30.0)
     assert all(entry.description for entry in MOTIONS.values())
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_hand_that_stays(seed):
+    """From 2.5 s on, for ever, where `reach_in` puts it; whatever the duration."""
+    scene = SCENES["robotica"]
+    long, short = (motion_named("reach_and_stay", scene, seed, duration) for duration in (12.0, 6.5))
+    came = motion_named("reach_in", scene, seed, 6.0)
+    hands = [np.asarray(p.b)[:, [8, 9]] for p in (long, short, came)]
+    np.testing.assert_allclose(hands[0][90:], hands[0][[90]].repeat(len(hands[0]) - 90, axis=0), atol=1e-6)
+    np.testing.assert_allclose(hands[0][100], hands[2][95], atol=1e-5)
+    np.testing.assert_allclose(hands[1][-1], hands[0][-1], atol=1e-5)
+    assert np.abs(hands[2][-1] - hands[0][-1]).max() > 0.3

@@ -1,4 +1,4 @@
-"""The folder of a run: the arrays of every case, as they come."""
+"""The folder of a measuring run: the arrays of every case, as they come."""
 
 import json
 import shutil
