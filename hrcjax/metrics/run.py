@@ -4,7 +4,7 @@ import equinox as eqx
 
 from hrcjax.metrics.score import ScoreParams
 from hrcjax.metrics.sound_score import SoundScoreParams
-from hrcjax.typing import Array, Float, Int, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
 
 
 class Run(eqx.Module):

@@ -3,7 +3,6 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from hrcjax.geom.bending_energy import bending_energy
 from hrcjax.geom.length import length

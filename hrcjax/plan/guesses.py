@@ -9,7 +9,7 @@ import numpy as np
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.plan.arm_optimise import Inner, no_longer
 from hrcjax.plan.arm_params import ArmPlanSizes
-from hrcjax.plan.arm_potential import arm_repulsion, surface_gaps
+from hrcjax.plan.arm_potential import arm_repulsion
 from hrcjax.plan.arm_task import ArmTask, z_curve
 from hrcjax.plan.arm_terms import gaps_and_normals
 from hrcjax.plan.joint_spline import control_places, fit_matrix

@@ -14,8 +14,8 @@ from hrcjax.reference.policy import policy_acceleration
 from hrcjax.reference.route import SerialRoute, law_speed
 from hrcjax.reference.safety import Decision, between_factor, least_change, path_speed, speed_scale, surface_limit
 from hrcjax.robot import Arm
-from hrcjax.sim import Cell, MotionParams, Params
 from hrcjax.safety import half_gaps
+from hrcjax.sim import Cell, MotionParams, Params
 from hrcjax.sim.govern import LOST
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+
 def sound_scores(
     clearance: float,
     separation: NDArray,

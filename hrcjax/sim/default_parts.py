@@ -36,6 +36,7 @@ from hrcjax.safety import (
     monitor,
     pfl_speeds,
 )
+from hrcjax.sim.joints_along import joints_along
 from hrcjax.sim.parts import (
     ArmMotion,
     Clearance,
@@ -49,7 +50,6 @@ from hrcjax.sim.parts import (
     Task,
     unit_where_long,
 )
-from hrcjax.sim.joints_along import joints_along
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Float, Joints, Vector3
 
