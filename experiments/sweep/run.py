@@ -51,6 +51,7 @@ def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk:
         "sobol": [settings.count, config.sobol_seed] if config.sobol else [],
         "quick": config.quick,
         "backend": config.backend,
+        "motion": config.motion,
         "chunk": chunk,
         "x64": bool(jax.config.jax_enable_x64),  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
         "params": leaf_names(problem.params),
@@ -75,7 +76,7 @@ def _build(config: SweepConfig) -> Sweepable:
     from hrcjax.cells.problem import build_problem  # here, so that --help and wrong options answer at once
 
     try:
-        return build_problem(config.scene, config.person, config.seed, config.backend, config.cell)
+        return build_problem(config.scene, config.person, config.seed, config.backend, config.cell, config.motion)
     except (ValueError, OSError) as error:
         raise UsageError(one_line(error)) from error
 

@@ -30,19 +30,22 @@ def build_problem(
     seeds: Sequence[int],
     backend: str | None = None,
     cell_name: str = "ur5",
+    motion: str | None = None,
 ) -> Sweepable:
     """The problem that the sweep runs.
 
     Args:
         people: names of motions, BVH files, or several of them joined by "+" for people in the cell at the same time.
         backend: of the arm's dynamics; None: that of the cell.
+        motion: how the arm moves, `Cell.motion`; None: as the cell says.
         cell_name: a built-in cell, or MODULE:FUNCTION that returns one.
 
     Raises:
         ValueError: an unknown scene, person or cell.
     """
     named = find_cell(cell_name, CELLS)
-    cell = named.cell if backend is None else replace(named.cell, backend=backend)
+    chosen = {"backend": backend, "motion": motion}
+    cell = replace(named.cell, **{name: value for name, value in chosen.items() if value is not None})
     cell = replace(cell, people=max(cell.people, *(len(people_of(name)) for name in people)))
     named = replace(named, cell=cell)
     check_cell(named)
@@ -73,7 +76,7 @@ def build_problem(
         rank="score_sound",
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
-        identity=named.identity and f"{named.identity} {cell.backend} {cell.people}",
+        identity=named.identity and f"{named.identity} {cell.backend} {cell.motion} {cell.people}",
         code=cell_digest(named),
         open_ended=frozenset({"clearance", "separation"}),
         describe=describe,
