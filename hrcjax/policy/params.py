@@ -10,6 +10,7 @@ from hrcjax.policy.collision import CollisionParams
 from hrcjax.policy.damping import DampingParams
 from hrcjax.policy.joint_limit import JointLimitParams
 from hrcjax.policy.posture import PostureParams
+from hrcjax.policy.repulsion import RepulsionParams
 from hrcjax.policy.resolve import ResolveParams
 from hrcjax.policy.speed_cap import SpeedCapParams
 from hrcjax.policy.target import TargetParams
@@ -24,6 +25,8 @@ class PolicyParams(eqx.Module):
     """Pull of the tool points to their goals."""
     collision: CollisionParams = CollisionParams()
     """Push of the control points off obstacles."""
+    repulsion: RepulsionParams = RepulsionParams()
+    """The planner's potential as a push on the control points, where surfaces that repel are given."""
     joint_limit: JointLimitParams = JointLimitParams()
     """Push of the joints off the ends of their ranges."""
     speed_cap: SpeedCapParams = SpeedCapParams()

@@ -1,5 +1,7 @@
 """The motion policy of an arm: all leaves together, resolved to one joint acceleration."""
 
+from collections.abc import Sequence
+
 import jax
 import jax.numpy as jnp
 
@@ -10,10 +12,11 @@ from hrcjax.policy.joint_limit import joint_limit
 from hrcjax.policy.limits import JointLimits
 from hrcjax.policy.params import PolicyParams, with_dtype
 from hrcjax.policy.posture import posture as posture_leaf
-from hrcjax.policy.pullback import Pulled, add, pullback_joints, pullback_points
+from hrcjax.policy.pullback import Pulled, add, pullback_forces, pullback_joints, weighed
+from hrcjax.policy.repulsion import Repel, repulsion
 from hrcjax.policy.resolve import resolve
 from hrcjax.policy.speed_cap import speed_cap
-from hrcjax.policy.target import target
+from hrcjax.policy.target import to_goals
 from hrcjax.typing import Array, Float, Joints
 
 
@@ -30,12 +33,16 @@ def policy_acceleration(
     g: Float[Array, "point 3"],
     limits: JointLimits,
     posture: Joints,
+    *,
+    repel: Sequence[Repel] = (),
 ) -> Joints:
     """The joint acceleration that all leaves together ask for [rad/s^2]. Not limited: see `limit_acceleration`.
 
     Arguments, Raises, Not finite if: as `combine`.
     """
-    pulled = combine(params, q, qd, tool, goal, goal_velocity, goal_acceleration, body, d, g, limits, posture)
+    pulled = combine(
+        params, q, qd, tool, goal, goal_velocity, goal_acceleration, body, d, g, limits, posture, repel=repel
+    )
     return resolve(with_dtype(params.resolve, q.dtype), pulled)
 
 
@@ -52,6 +59,8 @@ def combine(
     g: Float[Array, "point 3"],
     limits: JointLimits,
     posture: Joints,
+    *,
+    repel: Sequence[Repel] = (),
 ) -> Pulled:
     """The sum of all leaves at the joints. Leaves of one's own are added to it by `add(combine(...), pull(...))`.
 
@@ -68,17 +77,27 @@ def combine(
         g: gradients of the distance there [1].
         limits: of the joints; only the range is used here.
         posture: joint positions to draw to, where the posture leaf is on [rad].
+        repel: sets of surfaces that repel the control points by the planner's potential, such as what stands and people.
 
     Not finite if: an input is not, or a length, an eps or a gate of params is 0.
     Raises: ValueError if the number of points or joints differs between arguments.
     """
     _check(q, tool, goal, goal_velocity, goal_acceleration, body, d, g)
     p = with_dtype(params, q.dtype)
-    to_goal = jax.vmap(lambda *point: target(p.target, *point))(tool.x, tool.xd, goal, goal_velocity, goal_acceleration)
-    off_obstacle = jax.vmap(lambda *point: collision(p.collision, *point))(d, g, body.xd)
-    M, a = jax.tree.map(_together, to_goal, off_obstacle)
+    M_goal, a_goal = to_goals(p.target, tool.x, tool.xd, goal, goal_velocity, goal_acceleration)
+    M_body, a = jax.vmap(lambda *point: collision(p.collision, *point))(d, g, body.xd)
+    force = weighed(M_body, a - body.Jd_qd)
+    for one in repel:
+        k_rep = jnp.asarray(one.k_rep, q.dtype)
+        push = jax.vmap(lambda *point, k_rep=k_rep: repulsion(p.repulsion, k_rep, *point))
+        M, a = push(one.reach, one.fade, one.d, one.g, body.xd)
+        M_body, force = M_body + M, force + weighed(M, a - body.Jd_qd)
     # One pullback of all points compiles in half the time of two.
-    total = pullback_points(_together(tool.J, body.J), _together(tool.Jd_qd, body.Jd_qd), M, a)
+    total = pullback_forces(
+        jnp.concatenate([tool.J, body.J]),
+        jnp.concatenate([M_goal, M_body]),
+        jnp.concatenate([weighed(M_goal, a_goal - tool.Jd_qd), force]),
+    )
     limit = jax.vmap(lambda x, xd: joint_limit(p.joint_limit, x, xd))
     m_low, a_low = limit(q - limits.q_min, qd)
     m_high, a_high = limit(limits.q_max - q, -qd)
@@ -91,10 +110,6 @@ def combine(
     ):
         total = add(total, pullback_joints(m, a))
     return total
-
-
-def _together(one: Array, other: Array) -> Array:
-    return jnp.concatenate([one, other])
 
 
 def _check(

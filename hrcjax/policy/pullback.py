@@ -65,19 +65,40 @@ def pullback_points(
             f"J {J.shape} wants Jd_qd and a of shape {(points, tasks)} and M of shape {(points, tasks, tasks)}; "
             f"got {Jd_qd.shape}, {a.shape} and {M.shape}"
         )
-    return Pulled(*_pulled(J, M, a - Jd_qd))
+    return pullback_forces(J, M, weighed(M, a - Jd_qd))
+
+
+def weighed(M: Float[Array, "point task task"], u: Float[Array, "point task"]) -> Float[Array, "point task"]:
+    """M u of every point."""
+    tasks = u.shape[1]
+    return jnp.stack(
+        [_dot([M[:, t, s] for s in range(tasks)], [u[:, s] for s in range(tasks)]) for t in range(tasks)], 1
+    )
+
+
+def pullback_forces(
+    J: Float[Array, "point task joint"], M: Float[Array, "point task task"], force: Float[Array, "point task"]
+) -> Pulled:
+    """The pullback of points where several leaves act: of the sums of their metrics, and of M (a - Jd_qd).
+
+    Args:
+        J: Jacobians of the points.
+        M: sum of the metrics at each point [1].
+        force: sum of M (a - Jd_qd) over the leaves at each point.
+    """
+    return Pulled(*_pulled(J, M, force))
 
 
 @jax.custom_jvp
-def _pulled(J: Array, M: Array, u: Array) -> tuple[Array, Array]:
-    """The sums over the points of J^T M J and J^T M u."""
+def _pulled(J: Array, M: Array, force: Array) -> tuple[Array, Array]:
+    """The sums over the points of J^T M J and J^T force."""
     _, tasks, joints = J.shape
     column = [[J[:, t, j] for t in range(tasks)] for j in range(joints)]
-    weighed = [[_dot([M[:, t, u] for u in range(tasks)], column[j]) for t in range(tasks)] for j in range(joints)]
-    wanted = [u[:, t] for t in range(tasks)]
-    entry = {(i, j): jnp.sum(_dot(column[i], weighed[j])) for i in range(joints) for j in range(i, joints)}
+    half = [[_dot([M[:, t, u] for u in range(tasks)], column[j]) for t in range(tasks)] for j in range(joints)]
+    pushed = [force[:, t] for t in range(tasks)]
+    entry = {(i, j): jnp.sum(_dot(column[i], half[j])) for i in range(joints) for j in range(i, joints)}
     rows = [jnp.stack([entry[min(i, j), max(i, j)] for j in range(joints)]) for i in range(joints)]
-    return jnp.stack(rows), jnp.stack([jnp.sum(_dot(weighed[j], wanted)) for j in range(joints)])
+    return jnp.stack(rows), jnp.stack([jnp.sum(_dot(column[j], pushed)) for j in range(joints)])
 
 
 @_pulled.defjvp
@@ -85,17 +106,12 @@ def _pulled_jvp(
     primals: tuple[Array, ...], tangents: tuple[Array, ...]
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """By contractions: the transpose of the entries written out would compile and run several times longer."""
-    J, M, u = primals
-    dJ, dM, du = tangents
-    MJ, Mu = jnp.einsum("ptu,puj->ptj", M, J), jnp.einsum("ptu,pu->pt", M, u)
-    half = jnp.einsum("pti,ptj->ij", dJ, MJ)
+    J, M, force = primals
+    dJ, dM, dforce = tangents
+    half = jnp.einsum("pti,ptj->ij", dJ, jnp.einsum("ptu,puj->ptj", M, J))
     dM_q = half + half.T + jnp.einsum("pti,ptj->ij", J, jnp.einsum("ptu,puj->ptj", dM, J))
-    df_q = (
-        jnp.einsum("ptj,pt->j", dJ, Mu)
-        + jnp.einsum("ptj,pt->j", MJ, du)
-        + jnp.einsum("ptj,pt->j", J, jnp.einsum("ptu,pu->pt", dM, u))
-    )
-    return _pulled(J, M, u), (dM_q, df_q)
+    df_q = jnp.einsum("ptj,pt->j", dJ, force) + jnp.einsum("ptj,pt->j", J, dforce)
+    return _pulled(J, M, force), (dM_q, df_q)
 
 
 def pullback_joints(m: Float[Array, "joint"], a: Float[Array, "joint"]) -> Pulled:

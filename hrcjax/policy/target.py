@@ -1,6 +1,7 @@
 """Target leaf: a point is drawn to its goal, softly near it and with a bounded pull far from it."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 
 from hrcjax.numerics import safe_norm, unit
@@ -26,6 +27,9 @@ class TargetParams(eqx.Module):
     """Metric at the goal, in all directions [1]."""
     metric_min: float = 0.2
     """Metric far from the goal, along the line to it [1]."""
+    orientation_weight: float = 0.1
+    """Metric of all points but the first, as a share of that of the first: where not all can be had, orientation gives way
+    before position. 1 is the source's [1]."""
 
 
 def target(
@@ -40,7 +44,7 @@ def target(
 
     A goal at rest (velocity and acceleration 0) gives the leaf of the source. For a moving goal the damping acts on
     the velocity relative to it and its acceleration is added, so that a point on the goal stays on it.
-    Orientation follows from three points: the tool point and two points 0.5 m along the tool's x and y axes.
+    Orientation follows from three points: the tool point and two points 0.5 m along the tool's x and y axes, `to_goals`.
 
     Args:
         x: the point [m].
@@ -65,3 +69,20 @@ def target(
     along = unit(delta)
     M = (1.0 - far) * params.metric_max * jnp.eye(3, dtype=x.dtype)
     return M + far * params.metric_min * along[:, None] * along[None, :], a
+
+
+def to_goals(
+    params: TargetParams,
+    x: Float[Array, "goal 3"],
+    xd: Float[Array, "goal 3"],
+    goal: Float[Array, "goal 3"],
+    goal_velocity: Float[Array, "goal 3"],
+    goal_acceleration: Float[Array, "goal 3"],
+) -> tuple[Float[Array, "goal 3 3"], Float[Array, "goal 3"]]:
+    """The leaves of the tool point and of the points that fix its orientation, whose metric is `orientation_weight` times as large.
+
+    Arguments, Returns: as `target`, of all points, the tool point first.
+    """
+    M, a = jax.vmap(lambda *point: target(params, *point))(x, xd, goal, goal_velocity, goal_acceleration)
+    share = jnp.where(jnp.arange(x.shape[0]) == 0, 1.0, params.orientation_weight).astype(x.dtype)
+    return share[:, None, None] * M, a

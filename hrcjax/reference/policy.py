@@ -3,6 +3,8 @@
 Leaves take one point or joint, or many along leading axes.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lapack
@@ -15,6 +17,8 @@ from hrcjax.policy import (
     JointLimits,
     PolicyParams,
     PostureParams,
+    Repel,
+    RepulsionParams,
     ResolveParams,
     SpeedCapParams,
     TargetParams,
@@ -44,16 +48,50 @@ def target(
     return M + (1 - w) * params.metric_min * (along[..., :, None] * along[..., None, :]), a
 
 
+def to_goals(
+    params: TargetParams,
+    x: Numbers,
+    xd: Numbers,
+    goal: Numbers,
+    goal_velocity: Numbers,
+    goal_acceleration: Numbers,
+) -> tuple[Numbers, Numbers]:
+    """Metrics [1] and accelerations [m/s^2] of the tool point, first, and of those that fix its orientation."""
+    M, a = target(params, x, xd, goal, goal_velocity, goal_acceleration)
+    M[1:] *= params.orientation_weight
+    return M, a
+
+
 def collision(params: CollisionParams, d: ArrayLike, g: Numbers, xd: Numbers) -> tuple[Numbers, Numbers]:
     """Metric [1] and acceleration [m/s^2] of a control point."""
     clearance = np.maximum(np.asarray(d)[..., None] - params.margin, 0.0)
     receding = (g * xd).sum(axis=-1, keepdims=True)
-    gate = 1 - 1 / (1 + np.exp(-receding / params.v_gate))
+    gate = 1 / (1 + np.exp(receding / params.v_gate))
     a = params.k_rep * np.exp(-clearance / params.s_rep) * g
-    a = a - gate * params.k_damp * xd / (clearance / params.s_damp + params.eps)
-    w = params.weight * np.maximum(1 - clearance / params.r_act, 0.0)[..., None] ** 2
+    moving = params.isotropy * xd + (1 - params.isotropy) * receding * g
+    a = a - gate * params.k_damp * moving / (clearance / params.s_damp + params.eps)
+    ratio = params.r_act / np.sqrt(clearance**2 + params.d_min**2)
+    w = params.weight * (gate * np.maximum(ratio - 1, 0.0) ** 2)[..., None]
     outer = g[..., :, None] * g[..., None, :]
     return w * (params.isotropy * np.identity(3) + (1 - params.isotropy) * outer), a
+
+
+def repulsion(
+    params: RepulsionParams, k_rep: float, reach: ArrayLike, fade: ArrayLike, d: ArrayLike, g: Numbers, xd: Numbers
+) -> tuple[Numbers, Numbers]:
+    """Metric [1] and acceleration [m/s^2] of a control point that surfaces at d repel."""
+    d, reach = np.asarray(d, np.float64), np.asarray(reach, np.float64)
+    inside, least = (d < reach) & (reach > 0), params.rho_min
+    d_far, reach_some = np.maximum(d, least), np.where(reach > 0, reach, 1.0)
+    slope = 1 / d_far**2
+    inverse = 1 / d_far + (d_far - d) * slope  # the tangent at the least distance goes on
+    asked = params.rate * k_rep * np.where(inside, inverse - 1 / reach_some, 0.0) * slope * fade
+    v = asked * params.speed_max / (params.speed_max + asked)
+    ramp = np.where(inside, 1 - d / reach_some, 0.0)
+    w = params.weight * ramp**2 * v / (v + params.speed_half)
+    towards = np.maximum(-(g * xd).sum(axis=-1), 0.0)
+    a = params.gain * (v + towards**2 / (towards + params.v_smooth))
+    return w[..., None, None] * (g[..., :, None] * g[..., None, :]), a[..., None] * g
 
 
 def joint_limit(params: JointLimitParams, x: ArrayLike, xd: ArrayLike) -> tuple[Numbers, Numbers]:
@@ -108,6 +146,8 @@ def policy_acceleration(
     g: ArrayLike,
     limits: JointLimits | Limits,
     posture_goal: ArrayLike,
+    *,
+    repel: Sequence[Repel] = (),
 ) -> Numbers:
     """As `hrcjax.policy.policy_acceleration`, for NumPy arrays [rad/s^2]."""
     q, qd, d, g = np.asarray(q), np.asarray(qd), np.asarray(d), np.asarray(g)
@@ -116,11 +156,17 @@ def policy_acceleration(
     at, speed, to_goal, to_goal_bias = map(np.asarray, (tool.x, tool.xd, tool.J, tool.Jd_qd))
     drift, off_obstacle, off_obstacle_bias = map(np.asarray, (body.xd, body.J, body.Jd_qd))
 
-    M_goal, a_goal = target(params.target, at, speed, goal, goal_velocity, goal_acceleration)
+    M_goal, a_goal = to_goals(params.target, at, speed, goal, goal_velocity, goal_acceleration)
     M_push, a_push = collision(params.collision, d, g, drift)
     J = np.concatenate([to_goal, off_obstacle])
     metric = np.concatenate([M_goal, M_push])
     wanted = np.concatenate([a_goal - to_goal_bias, a_push - off_obstacle_bias])
+    for one in repel:
+        numbers = (np.asarray(v) for v in (one.k_rep, one.reach, one.fade, one.d, one.g))
+        M_push, a_push = repulsion(params.repulsion, *numbers, drift)
+        J = np.concatenate([J, off_obstacle])
+        metric = np.concatenate([metric, M_push])
+        wanted = np.concatenate([wanted, a_push - off_obstacle_bias])
     weighed = (metric @ J).reshape(-1, len(q))  # the metrics are symmetric
     M = weighed.T @ J.reshape(-1, len(q))
     f = weighed.T @ wanted.ravel()

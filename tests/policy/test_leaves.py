@@ -23,6 +23,7 @@ from hrcjax.policy import (
     posture,
     speed_cap,
     target,
+    to_goals,
 )
 from hrcjax.reference import policy as serial
 
@@ -108,29 +109,79 @@ def test_target_derivatives_near_the_goal(offset):
         assert all(bool(jnp.isfinite(part).all()) for part in jax.tree.leaves(out))
 
 
+def test_orientation_has_a_share_of_the_metric_of_the_position(dtype):
+    rng = np.random.default_rng(0)
+    x, xd, goal, v, acc = (x_(rng.normal(size=(3, 3)), dtype) for _ in range(5))
+    p = TargetParams(orientation_weight=0.2)
+    M, a = to_goals(p, x, xd, goal, v, acc)
+    for i, share in enumerate((1.0, 0.2, 0.2)):
+        M_one, a_one = target(p, x[i], xd[i], goal[i], v[i], acc[i])
+        np.testing.assert_allclose(M[i], share * M_one, rtol=1e-6)
+        np.testing.assert_array_equal(a[i], a_one)
+    close((M, a), serial.to_goals(p, *map(np.asarray, (x, xd, goal, v, acc))), rtol=1e-5, atol=1e-6)
+    assert M.dtype == dtype
+
+
 # ---------------------------------------------------------------- collision
 
 
 @given(st.floats(-0.2, 0.6), vectors, vectors)
 @few
 def test_collision_agrees_with_numpy(d, g, xd):
-    for params in (CollisionParams(), other(CollisionParams()), CollisionParams(isotropy=0.0, margin=0.05)):
+    for params in (CollisionParams(), other(CollisionParams()), CollisionParams(isotropy=0.0, margin=0.05), PAPER):
         close(collision(params, x_(d), x_(g), x_(xd)), serial.collision(params, d, g, xd))
+
+
+PAPER = CollisionParams(k_rep=0.8, k_damp=0.8, v_gate=0.5, isotropy=1.0)
 
 
 def test_collision_closed_forms(dtype):
     g, still = x_([0, 0, 1], dtype), x_([0, 0, 0], dtype)
-    M, a = collision(CollisionParams(), x_(0.1, dtype), g, still)
+    M, a = collision(PAPER, x_(0.1, dtype), g, still)
     np.testing.assert_allclose(a, [0, 0, 0.8 / np.e], rtol=1e-6)
-    np.testing.assert_allclose(M, (2 / 3) ** 2 * np.eye(3), rtol=1e-6)
+    np.testing.assert_allclose(M, 3 / 2 * (0.3 / np.hypot(0.1, 0.01) - 1) ** 2 * np.eye(3), rtol=1e-6)
     xd = x_([1, 0, -0.5], dtype)  # approaching at 0.5 m/s: gate = sigmoid(1)
-    _, a = collision(CollisionParams(k_rep=0.0), x_(0.1, dtype), g, xd)
+    damped = dataclasses.replace(PAPER, k_rep=0.0)
+    _, a = collision(damped, x_(0.1, dtype), g, xd)
     np.testing.assert_allclose(a, -0.8 / 1.2 / (1 + np.exp(-1)) * np.asarray(xd), rtol=1e-6)
+    _, a = collision(dataclasses.replace(damped, isotropy=0.0), x_(0.1, dtype), g, xd)
+    np.testing.assert_allclose(a, [0, 0, 0.5 * 0.8 / 1.2 / (1 + np.exp(-1))], rtol=1e-6)
     M, _ = collision(CollisionParams(isotropy=0.0), x_(0.0, dtype), g, still)
-    np.testing.assert_allclose(M, np.diag([0.0, 0, 1]), atol=1e-7)
+    np.testing.assert_allclose(M, np.diag([0.0, 0, 3 / 2 * 29**2]), rtol=1e-5)
     M, a = collision(CollisionParams(), x_(0.31, dtype), g, xd)
     np.testing.assert_array_equal(M, 0)
     assert M.dtype == a.dtype == dtype
+
+
+def test_collision_metric_grows_towards_contact_and_fades_with_recession(dtype):
+    """Nothing outweighs an obstacle at the skin; nothing is held that leaves it, or that moves along it."""
+    g, n = x_([0, 0, 1], dtype), CollisionParams(r_act=0.15)
+    along = [
+        collision(n, x_(d, dtype), g, x_([0, 0, -0.1], dtype))[0] for d in (-0.05, 0.0, 0.01, 0.03, 0.06, 0.1, 0.149)
+    ]
+    metric = [float(M[2, 2]) for M in along]
+    assert metric[0] == metric[1] and (np.diff(metric[1:]) < 0).all() and metric[-1] < 1e-3
+    assert metric[1] > 30 * 10.0, "over that of a target of 10"
+    for M in along:
+        np.testing.assert_allclose(M[0, 0], n.isotropy * M[2, 2], rtol=1e-6)
+    approach, still, recede = (
+        float(collision(n, x_(0.03, dtype), g, x_([0, 0, v], dtype))[0][2, 2]) for v in (-1, 0, 1)
+    )
+    assert approach > 1.9 * still and recede < 0.02 * still
+    _, a = collision(n, x_(0.03, dtype), g, x_([1.0, 0, 0], dtype))
+    assert abs(float(a[0])) < 0.3, "motion along a surface is hardly braked"
+
+
+def test_collision_takes_a_tool_of_1_m_per_s_away_before_contact():
+    """By itself, at the rate of the control: from r_act straight at the surface."""
+    for r_act in (0.15, 0.3):
+        n, d, v, dt = CollisionParams(r_act=r_act), r_act, -1.0, 0.008
+        leaf = jax.jit(lambda d, v, n=n: collision(n, d, x_([0, 0, 1]), v * x_([0, 0, 1]))[1][2])
+        least = d
+        for _ in range(200):
+            v = v + float(leaf(x_(d), x_(v))) * dt
+            d, least = d + v * dt, min(least, d)
+        assert 0.0 < least < r_act, least
 
 
 def test_collision_gate_does_not_depend_on_the_frame():
@@ -148,7 +199,14 @@ def test_collision_derivatives(d, still):
     g = x_([0.6, 0.0, 0.8])
     xd = zero if still else x_([0.1, 0.4, -0.3])
     params = jax.tree.map(x_, CollisionParams(margin=-1e-3 if d == 1e-9 else 0.0))
-    check_grads(lambda *t: collision(t[3], *t[:3]), (x_(d), g, xd, params), 1, eps=1e-6, atol=1e-4, rtol=1e-4)
+
+    def leaf(d, g, xd, params):
+        M, a = collision(params, d, g, xd)
+        return M / 100, a  # at contact the metric is large
+
+    check_grads(leaf, (x_(d), g, xd, params), 1, eps=1e-6, atol=1e-4, rtol=1e-4)
+    for part in jax.tree.leaves(jax.jacrev(leaf, argnums=(0, 1, 2, 3))(x_(d), g, xd, params)):
+        assert bool(jnp.isfinite(part).all())
 
 
 # ---------------------------------------------------------------- joints

@@ -14,6 +14,7 @@ from hrcjax.policy import (
     JointLimits,
     PolicyParams,
     PostureParams,
+    Repel,
     TargetParams,
     add,
     collision,
@@ -21,6 +22,8 @@ from hrcjax.policy import (
     limit_acceleration,
     policy_acceleration,
     pull,
+    pullback_points,
+    repulsion,
     resolve,
     target,
 )
@@ -79,6 +82,41 @@ def test_agrees_with_numpy(make):
             arguments = make(seed)
             expected = serial.policy_acceleration(params, *(arguments[name] for name in ORDER))
             np.testing.assert_allclose(accelerate(params, arguments), expected, rtol=1e-8, atol=1e-10)
+
+
+def repels(seed, points=3):
+    """What stands and people, drawn at random, some out of reach."""
+    rng = np.random.default_rng(seed)
+
+    def one(k_rep):
+        numbers = (rng.uniform(0, 0.4, points), rng.uniform(0, 1, points), rng.uniform(-0.01, 0.3, points))
+        return Repel(jnp.asarray(k_rep), *map(jnp.asarray, (*numbers, rng.normal(size=(points, 3)))))
+
+    return one(1e-5), one(1e-4)
+
+
+def test_repulsion_agrees_with_numpy_and_adds_its_own_pullback():
+    run = jax.jit(lambda a, repel: policy_acceleration(on, *(a[name] for name in ORDER), repel=repel))
+    sum_of = jax.jit(lambda a, repel: combine(on, *(a[name] for name in ORDER), repel=repel))
+
+    @jax.jit
+    def apart(a, repel):
+        total = combine(on, *(a[name] for name in ORDER))
+        for r in repel:
+            leaf = jax.vmap(lambda *point, k=r.k_rep: repulsion(on.repulsion, k, *point))
+            M, acceleration = leaf(r.reach, r.fade, r.d, r.g, a["body"].xd)
+            total = add(total, pullback_points(a["body"].J, a["body"].Jd_qd, M, acceleration))
+        return total
+
+    for seed in range(3):
+        arguments, repel = cell(seed), repels(seed)
+        expected = serial.policy_acceleration(on, *(arguments[name] for name in ORDER), repel=repel)
+        np.testing.assert_allclose(run(arguments, repel), expected, rtol=1e-8, atol=1e-10)
+        assert np.abs(expected - accelerate(on, arguments)).max() > 1e-3
+        for one, other in zip(
+            jax.tree.leaves(sum_of(arguments, repel)), jax.tree.leaves(apart(arguments, repel)), strict=True
+        ):
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
 
 
 def test_follows_dtype_even_with_params_of_another(dtype):
@@ -186,7 +224,7 @@ def fly(acceleration, x, steps=4000, dt=0.005):
     return jax.jit(lambda x: jax.lax.scan(step, (x, jnp.zeros_like(x)), None, length=steps)[1])(x)
 
 
-@pytest.mark.parametrize("isotropy", [1.0, 0.0])
+@pytest.mark.parametrize("isotropy", [0.05, 0.0])
 def test_a_point_goes_round_a_sphere_to_its_goal(isotropy):
     params = PolicyParams(collision=CollisionParams(isotropy=isotropy))
     goal = jnp.array([0.6, 0.0, 0.0])
@@ -197,6 +235,49 @@ def test_a_point_goes_round_a_sphere_to_its_goal(isotropy):
     assert jnp.abs(x[:, 1]).max() > RADIUS - 0.02  # it did go round
     assert jnp.linalg.norm(xd, axis=1).max() < 0.7  # kp / kd = 0.5 m/s and some push
     assert jnp.linalg.norm(jnp.diff(xdd, axis=0), axis=1).max() < 0.05  # no jumps
+
+
+@pytest.mark.parametrize("speed", [0.25, 1.0])
+def test_nothing_outweighs_an_obstacle_at_the_skin(speed):
+    """A strong target (metric 10) inside a sphere, straight ahead: the point stops before it, without a bounce, and stays off."""
+    params = PolicyParams(
+        target=TargetParams(kp=4.0 * speed, kd=4.0, eps=0.02, metric_max=10.0),
+        collision=CollisionParams(r_act=0.15, s_rep=0.05),
+    )
+    way = jnp.array([0.0, 0.0, 1.0])
+    x, xd, _ = fly(lambda x, xd: point_mass(params, CENTRE, x, xd), CENTRE + 0.6 * way, steps=1000, dt=0.008)
+    clearance = jnp.linalg.norm(x - CENTRE, axis=1) - RADIUS
+    assert jnp.abs(xd[:, 2]).max() > 0.8 * speed, "it came at full speed"
+    assert clearance.min() > 0.02 and clearance[-1] > 0.03, (clearance.min(), clearance[-1])
+    np.testing.assert_allclose(xd[-1], 0.0, atol=1e-3)
+
+
+def test_orientation_gives_way_before_position_and_position_before_clearance():
+    """A tool point and points on two axes, one of which has something in its way: all turns rather than moves."""
+
+    def rod(q):
+        """Place and rotation vector about it, small: the tool point and points 0.5 m along x and y."""
+        arms = 0.5 * jnp.eye(3)[:2]
+        return jnp.concatenate([q[None, :3], q[:3] + arms + jnp.cross(q[3:], arms)])
+
+    q, still = jnp.zeros(6), jnp.zeros((3, 3))
+    limits = JointLimits(jnp.full(6, -9.0), jnp.full(6, 9.0), jnp.full(6, 9.0), jnp.full(6, 99.0))
+    motion = motion_of(rod, q, q)
+
+    @jax.jit
+    def asked(share, blocked):
+        params = eqx.tree_at(lambda p: p.target.orientation_weight, PolicyParams(), share)
+        body = jax.tree.map(lambda v: v[blocked][None], motion)
+        a = policy_acceleration(
+            params, q, q, motion, rod(q), still, still, body, jnp.array([0.03]), jnp.array([[0.0, 0, 1]]), limits, q
+        )  # fmt: skip
+        return jnp.einsum("ptj,j->pt", motion.J, a)[:, 2]
+
+    push = 2.0 * np.exp(-0.3)
+    tip = asked(0.05, jnp.asarray(1))
+    assert tip[1] > 0.9 * push > 9 * abs(tip[0]), "it turns, and the tool point stays"
+    assert asked(1.0, jnp.asarray(1))[1] < tip[1]
+    assert asked(0.05, jnp.asarray(0))[0] > 0.8 * push, "what is in the way of the tool point itself moves it"
 
 
 def test_without_the_collision_leaf_it_goes_straight_through():
