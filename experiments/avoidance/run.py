@@ -137,7 +137,7 @@ def run(config: AvoidanceConfig) -> int:
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted
 
-        names = draw(folder / FIGURES, cases)
+        names = list(draw(folder / FIGURES, cases, named.cell.dt))
     if config.page:
         write_bytes(config.page, page(sections, config, people(config), names).encode())
     _report(sections, folder, time.monotonic() - begin)
