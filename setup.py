@@ -11,9 +11,15 @@ setup(
         *find_packages(include=["hrcjax", "hrcjax.*"]),
         *programs,
         "hrcjax.configs",
+        "hrcjax.configs.avoidance",
         "hrcjax.configs.sensing",
         "hrcjax.configs.sweep",
     ],
     package_dir={"hrcjax.programs": "experiments", "hrcjax.configs": "configs"},
-    package_data={"hrcjax": ["py.typed"], "hrcjax.configs.sensing": ["*.toml"], "hrcjax.configs.sweep": ["*.toml"]},
+    package_data={
+        "hrcjax": ["py.typed"],
+        "hrcjax.configs.avoidance": ["*.toml"],
+        "hrcjax.configs.sensing": ["*.toml"],
+        "hrcjax.configs.sweep": ["*.toml"],
+    },
 )

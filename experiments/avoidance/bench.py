@@ -31,6 +31,11 @@ def single(tree: Any) -> Any:
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), tree)
 
 
+def on_host(tree: Any) -> Any:
+    """Arrays in NumPy, numbers in double precision."""
+    return jax.tree.map(lambda a: np.asarray(a, float) if np.asarray(a).dtype.kind == "f" else np.asarray(a), tree)
+
+
 def without_leaves(params: Params) -> Params:
     """The policy without its collision leaf and without its repulsion."""
     for name in ("collision", "repulsion"):

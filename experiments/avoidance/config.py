@@ -85,5 +85,7 @@ def parse(argv: Sequence[str]) -> AvoidanceConfig:
     """
     name = config_name(argv, AvoidanceConfig.config)
     start = replace(read_config(AvoidanceConfig, "avoidance", name), config=name)
-    config = parse_options(AvoidanceConfig, argv, "python -m experiments.avoidance", description=DESCRIPTION, default=start)
+    config = parse_options(
+        AvoidanceConfig, argv, "python -m experiments.avoidance", description=DESCRIPTION, default=start
+    )
     return reduced(config) if config.quick else config

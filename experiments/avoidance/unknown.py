@@ -36,7 +36,7 @@ def drawn_obstacle(draw: np.random.Generator, start: NDArray, goal: NDArray) -> 
     kind = int(draw.integers(3))
     if kind == SPHERE:
         size = np.full(3, draw.uniform(0.035, 0.06))
-        place = place + [0, 0, draw.uniform(-0.04, 0.04)]
+        place = place + draw.uniform(-0.04, 0.04) * np.eye(3)[2]
         place[2] = max(place[2], size[2] + 0.01)
     else:
         wide = draw.uniform(0.025, 0.045, 2) if kind == BOX else np.full(2, draw.uniform(0.02, 0.04))
@@ -123,5 +123,3 @@ def near_ticks(cell: Cell, scene: Scene, q: NDArray) -> NDArray:
     if len(more):
         found[more] = obstacle_distances(cell.arm, scene, q[more]).min(axis=1)
     return found
-
-
