@@ -13,11 +13,11 @@ from hrcjax.plan.params import PathParams, PlanParams, PlanSizes, PotentialParam
 from hrcjax.plan.path_result import PathResult, judge, required_distance
 from hrcjax.plan.path_score import path_scores
 from hrcjax.plan.plan import plan
-from hrcjax.plan.potential import DistancesFn, force, potential
+from hrcjax.plan.potential import DistancesFn, d_factor, force, potential
 
 __all__ = [
     "ArmPath", "ArmPathParams", "ArmPlanSizes", "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanBody", "PlanParams", "PlanSizes",
-    "PotentialParams", "PotentialPath", "StepFn", "arm_body", "damped_step", "equally_spaced", "force", "gradient_descent_path",
+    "PotentialParams", "PotentialPath", "StepFn", "arm_body", "d_factor", "damped_step", "equally_spaced", "force", "gradient_descent_path",
     "judge", "law_speed", "optimise_path", "path_curve", "path_scores", "plan", "plan_arm", "point_body", "potential", "potential_path",
     "required_distance", "time_to_goal", "unit_step",
 ]  # fmt: skip

@@ -21,10 +21,11 @@ from hrcjax.plan import (
     PlanParams,
     PlanSizes,
     arm_body,
+    d_factor,
     plan,
     plan_arm,
 )
-from hrcjax.policy import JointLimits, PolicyParams, policy_acceleration
+from hrcjax.policy import JointLimits, PolicyParams, Repel, policy_acceleration
 from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.robot import Arm
 from hrcjax.safety import (
@@ -53,6 +54,8 @@ from hrcjax.sim.parts import (
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Float, Joints, Vector3
 
+PERSON_FADE = 0.3
+"""Distance of the goal at which what stands repels as people do everywhere [m]."""
 BODY_INFLATION = 0.01
 """Most that the spheres by which the planner knows the arm stand out of its capsules [m]."""
 WAY_TO_GOAL = 12
@@ -195,10 +198,25 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
 def rmp_policy(
     params: PolicyParams, arm: ArmMotion, goal: Goal, clearance: Clearance, limits: JointLimits
 ) -> Joints:  # fmt: skip
-    """All Riemannian motion policies, pulled back to the joints and resolved (HRI 2025)."""
+    """All Riemannian motion policies, pulled back to the joints and resolved (HRI 2025), with the potential's repulsion (Robotica
+    2025) among them: of what stands it fades at the goal, of people it does not."""
     return policy_acceleration(
         params, arm.q, arm.qd, arm.tool, goal.x, goal.xd, goal.xdd, arm.body, clearance.distance, clearance.gradient,
-        limits, goal.posture,
+        limits, goal.posture, repel=repelling(arm, goal, clearance),
+    )  # fmt: skip
+
+
+def repelling(arm: ArmMotion, goal: Goal, clearance: Clearance) -> tuple[Repel, Repel]:
+    """What repels the control points: all that is sensed, and people."""
+    potential, d = goal.potential, clearance.distance
+    every, fade = jnp.ones_like(d), d_factor(potential, arm.tool.x[0], goal.end)
+    by_people = jnp.asarray(PERSON_FADE, d.dtype) ** potential.exponent
+    return (
+        Repel(potential.k_rep, potential.zeta * potential.sensed_radius * every, fade * every, d, clearance.gradient),
+        Repel(
+            potential.k_rep, potential.zeta * potential.person_radius * every, by_people * every, clearance.person_distance,
+            clearance.person_gradient,
+        ),
     )  # fmt: skip
 
 
