@@ -3,19 +3,18 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from hrcjax.geom.bending_energy import bending_energy
 from hrcjax.geom.length import length
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.plan.arm_optimise import Inner
 from hrcjax.plan.arm_params import ArmPlanSizes
-from hrcjax.plan.arm_potential import arm_repulsion, attraction_left, surface_gaps
+from hrcjax.plan.arm_potential import arm_repulsions, attraction_left, places_along, surface_gaps
 from hrcjax.plan.arm_task import ArmTask, allowed_gaps, body_gaps, z_curve
 from hrcjax.plan.arm_terms import beyond_range
 from hrcjax.plan.joint_spline import joint_spline
 from hrcjax.plan.potential import d_factor
-from hrcjax.typing import Array, Bool, Float, Int, Joints
+from hrcjax.typing import Array, Bool, Float, Int, Vector3
 
 
 class ArmPath(eqx.Module):
@@ -76,39 +75,37 @@ def judge_arm(task: ArmTask, inner: Inner, sizes: ArmPlanSizes, reached: Bool[Ar
     every = 2 * sizes.waypoints - 1
     q = even_waypoints(task, inner, every)
 
-    def at(q: Joints, place: Array) -> tuple[Array, ...]:
-        places = body.places(q)
-        obstacles = surface_gaps(body, places.points, task.distances)
-        gaps = body_gaps(body, places.points, places.tool, obstacles, task.lower, task.upper)
-        allowed = allowed_gaps(task, place)
-        short = jnp.max(allowed.obstacles - obstacles, initial=-jnp.inf)
-        if body.floor is not None:
-            short = jnp.maximum(short, jnp.max(jnp.where(gaps.floor < 1e3, allowed.floor - gaps.floor, -1)))
-        outside = jnp.maximum(jnp.max(-gaps.lower), jnp.max(-gaps.upper))
-        low, high = beyond_range(task, q)
-        repulsion = arm_repulsion(potential, body, obstacles, task.radius, d_factor(potential, places.tool, task.goal))
-        ratio = repulsion / attraction_left(potential, places.tool, task.goal)
-        touching = jnp.max(jnp.where(gaps.spheres < 1e3, allowed.spheres - path.self_gap - gaps.spheres, -1), initial=-1.0)
-        nearest = jnp.min(obstacles, initial=jnp.inf)
-        return places.tool, nearest, short, jnp.maximum(outside, jnp.max(jnp.maximum(low, high))), touching, ratio
+    places = places_along(body, q)
+    obstacles = surface_gaps(body, places.points, task.distances)
+    gaps = body_gaps(body, places.points, places.tool, obstacles, task.lower, task.upper)
+    allowed = allowed_gaps(task, jnp.linspace(0, 1, every, dtype=q.dtype))
+    short = jnp.maximum(
+        jnp.max(allowed.obstacles - gaps.obstacles, initial=0.0), jnp.max(allowed.floor - gaps.floor, initial=0.0)
+    )
+    outside = jnp.maximum(jnp.max(-gaps.lower), jnp.max(-gaps.upper))
+    touching = jnp.max(jnp.minimum(allowed.spheres, 0) - gaps.spheres, initial=0.0)
 
-    tool, nearest, short, outside, touching, ratio = jax.vmap(at)(q, jnp.linspace(0, 1, every, dtype=q.dtype))
+    def at(tool: Vector3) -> tuple[Array, Array]:
+        return d_factor(potential, tool, task.goal), attraction_left(potential, tool, task.goal)
+
+    tool = places.tool.T
+    factor, attraction = jax.vmap(at)(tool)
+    ratio = factor * jnp.sum(arm_repulsions(potential, body, obstacles, task.radius), axis=(0, 1)) / attraction
     z = z_curve(path, tool, q)
     steps = safe_norm(jnp.diff(z, axis=0))
     line = jnp.sum(steps * (ratio[1:] + ratio[:-1]) / 2)
-    violation = jnp.maximum(jnp.max(short), 0)
     return ArmPath(
         joints=q[::2],
         tool=tool[::2],
         length=length(tool),
         bending_energy=bending_energy(tool[::2]),
-        clearance=jnp.min(nearest),
-        violation=violation,
+        clearance=jnp.min(obstacles, initial=jnp.inf),
+        violation=short,
         ratio=ratio[::2],
         reached=reached,
-        clear=violation <= path.tolerance,
-        inside=jnp.max(outside) <= path.tolerance,
-        free=jnp.max(touching) <= path.tolerance,
+        clear=short <= path.tolerance,
+        inside=jnp.maximum(outside, jnp.max(jnp.stack(beyond_range(task, q)))) <= path.tolerance,
+        free=touching <= path.tolerance,
         cost=path.omega1 * length(z) + path.omega2 * bending_energy(z[::2]) + path.omega3 * line,
         guess=guess,
     )
