@@ -25,8 +25,8 @@ class PathCost(NamedTuple):
     violation: Float[Array, ""]
     """Most that a constraint is missed by at a sample [m]."""
     gradient: Float[Array, "inner joint"]
-    matrix: Float[Array, "unknown unknown"]
-    """Gauss-Newton: positive semi-definite."""
+    matrix: Float[Array, "unknown unknown"] | None
+    """Gauss-Newton's, positive semi-definite, if asked for."""
 
 
 def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sample joint"]:
@@ -36,12 +36,13 @@ def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sampl
     return jnp.asarray(S, inner.dtype) @ control
 
 
-def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int) -> PathCost:
+def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int, curved: bool = True) -> PathCost:
     """The cost of a path.
 
     Args:
         stiffness: of the penalties [1/m].
         samples: number of configurations.
+        curved: whether the matrix is asked for.
     """
     path, dtype = task.path, inner.dtype
     control, n = inner.shape[0] + 2, inner.shape[1]
@@ -54,7 +55,7 @@ def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int) -> P
     # trapezoidal rule: the ends count half
     share = jnp.asarray(np.r_[0.5, np.ones(samples - 2), 0.5] / (samples - 1), dtype)
     places = jnp.asarray(np.linspace(0, 1, samples), dtype)
-    found = terms(task, motion, q, places, path.omega3 * length * share, stiffness / samples)
+    found = terms(task, motion, q, places, path.omega3 * length * share, stiffness / samples, curved)
     mean_ratio = jnp.sum(share * found.ratio)
     cost = (path.omega1 + path.omega3 * mean_ratio) * length + path.omega2 * bending
     cost = cost + stiffness / samples * found.penalty
@@ -66,6 +67,8 @@ def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int) -> P
     by_q = found.gradient + by_tool + path.joint_weight * by_z[:, 3:].T
     gradient = (by_q @ S).T
 
+    if found.curvature is None:
+        return PathCost(cost, found.violation, gradient, None)
     steps = samples - 1
     a = (path.omega1 + path.omega3 * mean_ratio) * steps / length
     b = 2 * path.omega2 * steps**3 / length**3

@@ -55,8 +55,10 @@ class ArmPath(eqx.Module):
         return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
 
 
-def even_waypoints(task: ArmTask, inner: Inner, count: int) -> Float[Array, "count joint"]:
-    """Configurations at equal lengths of z along the spline [rad]."""
+def even_waypoints(
+    task: ArmTask, inner: Inner, count: int
+) -> tuple[Float[Array, "count joint"], Float[Array, "count"]]:
+    """Configurations at equal lengths of z along the spline [rad], and their places on it, 0 to 1."""
     spline = joint_spline(jnp.concatenate([task.q_start[None], inner, task.q_goal[None]]))
     fine = jnp.linspace(0, 1, 4 * (count - 1) + 1, dtype=inner.dtype)
     q = jax.vmap(spline)(fine)
@@ -65,31 +67,32 @@ def even_waypoints(task: ArmTask, inner: Inner, count: int) -> Float[Array, "cou
     at = ends[-1] * jnp.linspace(0, 1, count, dtype=inner.dtype)[1:-1]
     index = jnp.minimum(jnp.sum(ends[None, :] <= at[:, None], axis=1), lengths.shape[0] - 1)
     part = safe_divide(at - (ends[index] - lengths[index]), lengths[index])
-    places = (index.astype(inner.dtype) + part) / (fine.shape[0] - 1)
-    return jnp.concatenate([task.q_start[None], jax.vmap(spline)(places), task.q_goal[None]])
+    places = jnp.pad((index.astype(inner.dtype) + part) / (fine.shape[0] - 1), 1).at[-1].set(1)
+    joints = jax.vmap(spline)(places)
+    return joints.at[0].set(task.q_start).at[-1].set(task.q_goal), places
 
 
 def judge_arm(task: ArmTask, inner: Inner, sizes: ArmPlanSizes, reached: Bool[Array, ""], guess: Int[Array, ""]) -> ArmPath:
     """What can be said of a path; distances are measured at the waypoints and midway between them."""
     path, potential, body = task.path, task.potential, task.body
     every = 2 * sizes.waypoints - 1
-    q = even_waypoints(task, inner, every)
+    q, places = even_waypoints(task, inner, every)
 
-    places = places_along(body, q)
-    obstacles = surface_gaps(body, places.points, task.distances)
-    gaps = body_gaps(body, places.points, places.tool, obstacles, task.lower, task.upper)
-    allowed = allowed_gaps(task, jnp.linspace(0, 1, every, dtype=q.dtype))
+    at = places_along(body, q)
+    obstacles = surface_gaps(body, at.points, task.distances)
+    gaps = body_gaps(body, at.points, at.tool, obstacles, task.lower, task.upper)
+    allowed = allowed_gaps(task, places)
     short = jnp.maximum(
         jnp.max(allowed.obstacles - gaps.obstacles, initial=0.0), jnp.max(allowed.floor - gaps.floor, initial=0.0)
     )
     outside = jnp.maximum(jnp.max(-gaps.lower), jnp.max(-gaps.upper))
     touching = jnp.max(jnp.minimum(allowed.spheres, 0) - gaps.spheres, initial=0.0)
 
-    def at(tool: Vector3) -> tuple[Array, Array]:
+    def fading(tool: Vector3) -> tuple[Array, Array]:
         return d_factor(potential, tool, task.goal), attraction_left(potential, tool, task.goal)
 
-    tool = places.tool.T
-    factor, attraction = jax.vmap(at)(tool)
+    tool = at.tool.T
+    factor, attraction = jax.vmap(fading)(tool)
     ratio = factor * jnp.sum(arm_repulsions(potential, body, obstacles, task.radius), axis=(0, 1)) / attraction
     z = z_curve(path, tool, q)
     steps = safe_norm(jnp.diff(z, axis=0))

@@ -30,8 +30,8 @@ class Terms(NamedTuple):
     """Most that a constraint is missed by; negative: all are kept [m]."""
     gradient: Float[Array, "joint sample"]
     """Of sum ratio_weight ratio + stiffness penalty, by the joints."""
-    curvature: Float[Array, "joint joint sample"]
-    """Its positive semi-definite part."""
+    curvature: Float[Array, "joint joint sample"] | None
+    """Its positive semi-definite part, if asked for."""
 
 
 def motion_along(body: PlanBody, q: Float[Array, "sample joint"]) -> BodyMotion:
@@ -91,6 +91,7 @@ def terms(
     place: Float[Array, "sample"],
     ratio_weight: Float[Array, "sample"],
     stiffness: Scalar,
+    curved: bool = True,
 ) -> Terms:
     """Repulsion and constraints along a path.
 
@@ -102,6 +103,7 @@ def terms(
         place: along the path, 0 at the start and 1 at the goal.
         ratio_weight: weight of the ratio.
         stiffness: weight of the penalty.
+        curved: whether the curvature is asked for.
     """
     body, x, still, dtype = task.body, motion.points, task.body.still, q.dtype
     raw, normal = gaps_and_normals(task.distances, x[still:])
@@ -120,10 +122,10 @@ def terms(
 
     # obstacles and floor, on the spheres that move
     along = ratio_weight * faded * first - stiffness * kept.obstacles[1]
-    curved = ratio_weight * faded * second + stiffness * kept.obstacles[2]
-    along, curved, normal = stored(along), stored(curved), stored(normal)
+    bent = ratio_weight * faded * second + stiffness * kept.obstacles[2]
+    along, bent, normal = stored(along), stored(bent), stored(normal)
     f = [jnp.sum(along * normal[k], axis=1) for k in range(3)]
-    M = _sums(curved, normal, 1)
+    M = _sums(bent, normal, 1)
     if body.floor is not None:
         f[2] = f[2] - stiffness * kept.floor[1]
         M[2][2] = M[2][2] + stiffness * kept.floor[2]
@@ -148,6 +150,9 @@ def terms(
     J, J_tool = motion.J, motion.J_tool
     joints = range(q.shape[1])
     gradient = [_dot(J[:, :, j], f) + jnp.sum(J_tool[:, j] * on_tool, axis=0) + at_joints[j] for j in joints]
+    missed = jnp.maximum(violation_of(gaps, allowed), jnp.max(jnp.maximum(low, high)))
+    if not curved:
+        return Terms(faded * total, penalty, missed, jnp.stack(gradient), None)
     weighed = [[stored(sum(M[k][m] * J[:, m, j] for m in range(3))) for k in range(3)] for j in joints]
 
     def entry(i: int, j: int) -> Array:
@@ -155,13 +160,7 @@ def terms(
         return pulled + held[i] if i == j else pulled
 
     curvature = jnp.stack([jnp.stack(row) for row in _symmetric(entry, len(joints))])
-    return Terms(
-        faded * total,
-        penalty,
-        jnp.maximum(violation_of(gaps, allowed), jnp.max(jnp.maximum(low, high))),
-        jnp.stack(gradient),
-        curvature,
-    )
+    return Terms(faded * total, penalty, missed, jnp.stack(gradient), curvature)
 
 
 _OnSpheres = tuple[list[Array], list[list[Array]]]
