@@ -8,8 +8,7 @@ import numpy as np
 
 from hrcjax.plan.arm_params import ArmPlanSizes
 from hrcjax.plan.arm_task import ArmTask, z_curve
-from hrcjax.plan.arm_terms import Terms, terms
-from hrcjax.plan.body import BodyMotion
+from hrcjax.plan.arm_terms import motion_along, terms
 from hrcjax.plan.joint_spline import spline_matrix
 from hrcjax.plan.objective import length_and_bending
 from hrcjax.typing import Array, Float, Scalar
@@ -26,8 +25,8 @@ class PathCost(NamedTuple):
     violation: Float[Array, ""]
     """Most that a constraint is missed by at a sample [m]."""
     gradient: Float[Array, "inner joint"]
-    matrix: Float[Array, "unknown unknown"]
-    """Gauss-Newton: positive semi-definite."""
+    matrix: Float[Array, "unknown unknown"] | None
+    """Gauss-Newton's, positive semi-definite, if asked for."""
 
 
 def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sample joint"]:
@@ -37,58 +36,57 @@ def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sampl
     return jnp.asarray(S, inner.dtype) @ control
 
 
-def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int) -> PathCost:
+def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int, curved: bool = True) -> PathCost:
     """The cost of a path.
 
     Args:
         stiffness: of the penalties [1/m].
         samples: number of configurations.
+        curved: whether the matrix is asked for.
     """
     path, dtype = task.path, inner.dtype
     control, n = inner.shape[0] + 2, inner.shape[1]
     S = jnp.asarray(spline_matrix(control, np.linspace(0, 1, samples))[:, 1:-1], dtype)
     q = samples_of(task, inner, samples)
-    motion: BodyMotion = jax.vmap(task.body.motion)(q)
-    z = z_curve(path, motion.tool, q)
+    motion = motion_along(task.body, q)
+    z = z_curve(path, motion.tool.T, q)
     length, bending, length_gradient, bending_gradient = length_and_bending(z)
 
     # trapezoidal rule: the ends count half
     share = jnp.asarray(np.r_[0.5, np.ones(samples - 2), 0.5] / (samples - 1), dtype)
     places = jnp.asarray(np.linspace(0, 1, samples), dtype)
-    weight = path.omega3 * length * share
-
-    def at(motion: BodyMotion, q: Array, place: Array, weight: Array) -> Terms:
-        return terms(task, motion, q, place, weight, stiffness / samples)
-
-    found: Terms = jax.vmap(at)(motion, q, places, weight)
+    found = terms(task, motion, q, places, path.omega3 * length * share, stiffness / samples, curved)
     mean_ratio = jnp.sum(share * found.ratio)
     cost = (path.omega1 + path.omega3 * mean_ratio) * length + path.omega2 * bending
-    cost = cost + stiffness / samples * jnp.sum(found.penalty)
+    cost = cost + stiffness / samples * found.penalty
 
     # gradient by z, then by q, then by the control points
     by_z = (path.omega1 + path.omega3 * mean_ratio - 3 * path.omega2 * bending / length) * length_gradient
     by_z = jnp.pad(by_z + path.omega2 * bending_gradient, ((1, 1), (0, 0)))
-    by_tool = jnp.sum(path.tool_weight * by_z[:, :3, None] * motion.J_tool, axis=1)
-    by_q = found.gradient + by_tool + path.joint_weight * by_z[:, 3:]
-    gradient = S.T @ by_q
+    by_tool = path.tool_weight * jnp.sum(by_z[:, :3].T[:, None] * motion.J_tool, axis=0)
+    by_q = found.gradient + by_tool + path.joint_weight * by_z[:, 3:].T
+    gradient = (by_q @ S).T
 
+    if found.curvature is None:
+        return PathCost(cost, found.violation, gradient, None)
     steps = samples - 1
     a = (path.omega1 + path.omega3 * mean_ratio) * steps / length
     b = 2 * path.omega2 * steps**3 / length**3
     matrix = _curve_matrix(task, motion.J_tool, a, b, S) + _sample_matrix(found.curvature, S)
-    return PathCost(cost, jnp.max(found.violation), gradient, matrix.reshape(inner.size, inner.size))
+    return PathCost(cost, found.violation, gradient, matrix.reshape(inner.size, inner.size))
 
 
 def _curve_matrix(
-    task: ArmTask, J_tool: Float[Array, "sample 3 joint"], a: Array, b: Array, S: Float[Array, "sample inner"]
+    task: ArmTask, J_tool: Float[Array, "3 joint sample"], a: Array, b: Array, S: Float[Array, "sample inner"]
 ) -> Float[Array, "inner joint inner joint"]:
     """Second derivatives of a |first differences of z|^2 / 2 + b |second differences of z|^2 / 2, z linear in the joints."""
-    path, n, inner = task.path, J_tool.shape[2], S.shape[1]
-    rows = path.tool_weight * J_tool[:, :, None, :] * S[:, None, :, None]
-    first = jnp.diff(rows, axis=0)
-    second = jnp.diff(first, axis=0)
-    tall = jnp.concatenate([jnp.sqrt(a) * first, jnp.sqrt(b) * second]).reshape(-1, inner * n)
-    tool = (tall.T @ tall).reshape(inner, n, inner, n)
+    path, n, inner = task.path, J_tool.shape[1], S.shape[1]
+    rows = path.tool_weight * J_tool[:, :, None] * S.T
+    first = jnp.diff(rows, axis=-1)
+    second = jnp.diff(first, axis=-1)
+    wide = jnp.concatenate([jnp.sqrt(a) * first, jnp.sqrt(b) * second], axis=-1)  # (3 joint inner difference)
+    wide = wide.transpose(2, 1, 0, 3).reshape(inner * n, -1)
+    tool = (wide @ wide.T).reshape(inner, n, inner, n)
     D = jnp.diff(S, axis=0)
     E = jnp.diff(D, axis=0)
     joints = path.joint_weight**2 * (a * (D.T @ D) + b * (E.T @ E))
@@ -96,13 +94,13 @@ def _curve_matrix(
 
 
 def _sample_matrix(
-    curvature: Float[Array, "sample joint joint"], S: Float[Array, "sample inner"]
+    curvature: Float[Array, "joint joint sample"], S: Float[Array, "sample inner"]
 ) -> Float[Array, "inner joint inner joint"]:
     """The curvatures of the samples, brought to the control points."""
-    samples, inner, n = *S.shape, curvature.shape[1]
+    samples, inner, n = *S.shape, curvature.shape[0]
     pairs = (S[:, :, None] * S[:, None, :]).reshape(samples, inner * inner)
-    both = pairs.T @ curvature.reshape(samples, n * n)
-    return both.reshape(inner, inner, n, n).transpose(0, 2, 1, 3)
+    both = curvature.reshape(n * n, samples) @ pairs
+    return both.reshape(n, n, inner, inner).transpose(2, 0, 3, 1)
 
 
 def damped_solve(matrix: Array, gradient: Inner, damping: Scalar) -> Inner:

@@ -9,12 +9,12 @@ from hrcjax.geom.length import length
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.plan.arm_optimise import Inner
 from hrcjax.plan.arm_params import ArmPlanSizes
-from hrcjax.plan.arm_potential import arm_repulsion, attraction_left, surface_gaps
+from hrcjax.plan.arm_potential import arm_repulsions, attraction_left, places_along, surface_gaps
 from hrcjax.plan.arm_task import ArmTask, allowed_gaps, body_gaps, z_curve
 from hrcjax.plan.arm_terms import beyond_range
 from hrcjax.plan.joint_spline import joint_spline
 from hrcjax.plan.potential import d_factor
-from hrcjax.typing import Array, Bool, Float, Int, Joints
+from hrcjax.typing import Array, Bool, Float, Int, Vector3
 
 
 class ArmPath(eqx.Module):
@@ -55,8 +55,10 @@ class ArmPath(eqx.Module):
         return sum((bit.astype(jnp.int32) << k for k, bit in enumerate(bits)), jnp.zeros_like(bits[0], jnp.int32))
 
 
-def even_waypoints(task: ArmTask, inner: Inner, count: int) -> Float[Array, "count joint"]:
-    """Configurations at equal lengths of z along the spline [rad]."""
+def even_waypoints(
+    task: ArmTask, inner: Inner, count: int
+) -> tuple[Float[Array, "count joint"], Float[Array, "count"]]:
+    """Configurations at equal lengths of z along the spline [rad], and their places on it, 0 to 1."""
     spline = joint_spline(jnp.concatenate([task.q_start[None], inner, task.q_goal[None]]))
     fine = jnp.linspace(0, 1, 4 * (count - 1) + 1, dtype=inner.dtype)
     q = jax.vmap(spline)(fine)
@@ -65,49 +67,48 @@ def even_waypoints(task: ArmTask, inner: Inner, count: int) -> Float[Array, "cou
     at = ends[-1] * jnp.linspace(0, 1, count, dtype=inner.dtype)[1:-1]
     index = jnp.minimum(jnp.sum(ends[None, :] <= at[:, None], axis=1), lengths.shape[0] - 1)
     part = safe_divide(at - (ends[index] - lengths[index]), lengths[index])
-    places = (index.astype(inner.dtype) + part) / (fine.shape[0] - 1)
-    return jnp.concatenate([task.q_start[None], jax.vmap(spline)(places), task.q_goal[None]])
+    places = jnp.pad((index.astype(inner.dtype) + part) / (fine.shape[0] - 1), 1).at[-1].set(1)
+    joints = jax.vmap(spline)(places)
+    return joints.at[0].set(task.q_start).at[-1].set(task.q_goal), places
 
 
 def judge_arm(task: ArmTask, inner: Inner, sizes: ArmPlanSizes, reached: Bool[Array, ""], guess: Int[Array, ""]) -> ArmPath:
     """What can be said of a path; distances are measured at the waypoints and midway between them."""
     path, potential, body = task.path, task.potential, task.body
     every = 2 * sizes.waypoints - 1
-    q = even_waypoints(task, inner, every)
+    q, places = even_waypoints(task, inner, every)
 
-    def at(q: Joints, place: Array) -> tuple[Array, ...]:
-        places = body.places(q)
-        obstacles = surface_gaps(body, places.points, task.distances)
-        gaps = body_gaps(body, places.points, places.tool, obstacles, task.lower, task.upper)
-        allowed = allowed_gaps(task, place)
-        short = jnp.max(allowed.obstacles - obstacles, initial=-jnp.inf)
-        if body.floor is not None:
-            short = jnp.maximum(short, jnp.max(jnp.where(gaps.floor < 1e3, allowed.floor - gaps.floor, -1)))
-        outside = jnp.maximum(jnp.max(-gaps.lower), jnp.max(-gaps.upper))
-        low, high = beyond_range(task, q)
-        repulsion = arm_repulsion(potential, body, obstacles, task.radius, d_factor(potential, places.tool, task.goal))
-        ratio = repulsion / attraction_left(potential, places.tool, task.goal)
-        touching = jnp.max(jnp.where(gaps.spheres < 1e3, allowed.spheres - path.self_gap - gaps.spheres, -1), initial=-1.0)
-        nearest = jnp.min(obstacles, initial=jnp.inf)
-        return places.tool, nearest, short, jnp.maximum(outside, jnp.max(jnp.maximum(low, high))), touching, ratio
+    at = places_along(body, q)
+    obstacles = surface_gaps(body, at.points, task.distances)
+    gaps = body_gaps(body, at.points, at.tool, obstacles, task.lower, task.upper)
+    allowed = allowed_gaps(task, places)
+    short = jnp.maximum(
+        jnp.max(allowed.obstacles - gaps.obstacles, initial=0.0), jnp.max(allowed.floor - gaps.floor, initial=0.0)
+    )
+    outside = jnp.maximum(jnp.max(-gaps.lower), jnp.max(-gaps.upper))
+    touching = jnp.max(jnp.minimum(allowed.spheres, 0) - gaps.spheres, initial=0.0)
 
-    tool, nearest, short, outside, touching, ratio = jax.vmap(at)(q, jnp.linspace(0, 1, every, dtype=q.dtype))
+    def fading(tool: Vector3) -> tuple[Array, Array]:
+        return d_factor(potential, tool, task.goal), attraction_left(potential, tool, task.goal)
+
+    tool = at.tool.T
+    factor, attraction = jax.vmap(fading)(tool)
+    ratio = factor * jnp.sum(arm_repulsions(potential, body, obstacles, task.radius), axis=(0, 1)) / attraction
     z = z_curve(path, tool, q)
     steps = safe_norm(jnp.diff(z, axis=0))
     line = jnp.sum(steps * (ratio[1:] + ratio[:-1]) / 2)
-    violation = jnp.maximum(jnp.max(short), 0)
     return ArmPath(
         joints=q[::2],
         tool=tool[::2],
         length=length(tool),
         bending_energy=bending_energy(tool[::2]),
-        clearance=jnp.min(nearest),
-        violation=violation,
+        clearance=jnp.min(obstacles, initial=jnp.inf),
+        violation=short,
         ratio=ratio[::2],
         reached=reached,
-        clear=violation <= path.tolerance,
-        inside=jnp.max(outside) <= path.tolerance,
-        free=jnp.max(touching) <= path.tolerance,
+        clear=short <= path.tolerance,
+        inside=jnp.maximum(outside, jnp.max(jnp.stack(beyond_range(task, q)))) <= path.tolerance,
+        free=touching <= path.tolerance,
         cost=path.omega1 * length(z) + path.omega2 * bending_energy(z[::2]) + path.omega3 * line,
         guess=guess,
     )

@@ -1,5 +1,7 @@
 """The planner of the whole arm: guesses, optimised side by side, the best one finished."""
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 
@@ -33,6 +35,9 @@ def plan_arm(
     """The path from one configuration to another that minimises length, bending energy and repulsion over attraction, and
     keeps its distances.
 
+    Derivatives are those of the optimum that was found, by the implicit function theorem: exact where the last steps have
+    converged, whichever guess and number of steps led there. Which guess wins has no derivative.
+
     Args:
         path: numbers of the optimiser.
         potential: numbers of the potential field; zeta also gives the distance (zeta - 1) radius that every obstacle is
@@ -54,16 +59,36 @@ def plan_arm(
         if q.shape != (body.size,):
             raise ValueError(f"{name} has shape {q.shape}; accepted: ({body.size},), one number per joint")
     task = arm_task(path, potential, body, q_start, q_goal, distances, radius, lower, upper)
-    found, reached = guesses(task, sizes)
-    found = jax.vmap(lambda inner: ramped(task, inner, sizes))(found)
-    guess = best_guess(task, found, sizes)
-    return judge_arm(task, polished(task, found[guess], sizes), sizes, reached, guess)
+
+    def search(_: object, nowhere: Inner) -> tuple[Inner, Float[Array, "2"]]:
+        found, reached = guesses(task, sizes)
+        found = jax.vmap(lambda inner: ramped(task, inner, sizes))(found)
+        guess = best_guess(task, found, sizes)
+        return polished(task, found[guess], sizes), jnp.stack([reached.astype(jnp.int32), guess]).astype(q_start.dtype)
+
+    def slope(inner: Inner) -> Inner:
+        return path_cost(task, inner, path.penalty, sizes.samples, curved=False).gradient
+
+    nowhere = jnp.zeros((sizes.control - 2, body.size), q_start.dtype)
+    inner, facts = jax.lax.custom_root(slope, nowhere, search, _solve_symmetric, has_aux=True)
+    # facts that are no numbers: the rule of derivatives wants floats
+    return judge_arm(task, inner, sizes, facts[0] > 0, facts[1].astype(jnp.int32))
+
+
+def _solve_symmetric(times: Callable[[Inner], Inner], b: Inner) -> Inner:
+    """The x of H x = b, H symmetric and given by its products."""
+
+    def solve(times: Callable[[Inner], Inner], b: Inner) -> Inner:
+        columns = jax.vmap(times)(jnp.eye(b.size, dtype=b.dtype).reshape(b.size, *b.shape))
+        return jnp.linalg.solve(columns.reshape(b.size, b.size).T, b.reshape(-1)).reshape(b.shape)
+
+    return jax.lax.custom_linear_solve(times, b, solve, symmetric=True)
 
 
 def best_guess(task: ArmTask, found: Float[Array, "guess inner joint"], sizes: ArmPlanSizes) -> Int[Array, ""]:
     """Index of the best path: one that keeps its distances before one that does not, then the least cost; of equal ones the
     first."""
-    costs = jax.vmap(lambda inner: path_cost(task, inner, task.path.penalty, sizes.samples)[:2])(found)
+    costs = jax.vmap(lambda inner: path_cost(task, inner, task.path.penalty, sizes.samples, curved=False)[:2])(found)
     cost = jnp.where(jnp.isfinite(costs[0]), costs[0], jnp.inf)
     fails = ~(costs[1] <= task.path.tolerance)
     rank = jnp.where(fails, 1, 0)

@@ -3,25 +3,30 @@
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from hrcjax.numerics import safe_norm
 from hrcjax.plan.arm_params import ArmPathParams
-from hrcjax.plan.arm_potential import surface_gaps
+from hrcjax.plan.arm_potential import places_along, surface_gaps
 from hrcjax.plan.body import PlanBody
+from hrcjax.plan.half_spaces import attainable_gap
 from hrcjax.plan.params import PotentialParams
 from hrcjax.plan.potential import DistancesFn
-from hrcjax.typing import Array, Float, Joints, Scalar, Vector3
+from hrcjax.typing import Array, Float, Joints, Vector3
 
 
 class Gaps(NamedTuple):
-    """What is kept free in one configuration [m]."""
+    """What is kept free in some configurations [m]. The configuration is the last axis, so that sums over spheres and
+    obstacles run over whole vectors."""
 
-    obstacles: Float[Array, "exposed obstacle"]
-    floor: Float[Array, "exposed"]
-    spheres: Float[Array, "point point"]
-    """Between centres, over what two spheres need."""
-    lower: Float[Array, "3"]
-    upper: Float[Array, "3"]
+    obstacles: Float[Array, "exposed obstacle sample"]
+    """Between surfaces."""
+    floor: Float[Array, "exposed sample"]
+    """Infinite where a sphere may be below it."""
+    spheres: Float[Array, "row column sample"]
+    """Between the surfaces of two spheres of the body, to first order; infinite for pairs that may touch."""
+    lower: Float[Array, "3 sample"]
+    upper: Float[Array, "3 sample"]
 
 
 class ArmTask(NamedTuple):
@@ -38,40 +43,36 @@ class ArmTask(NamedTuple):
     radius: Float[Array, "obstacle"]
     lower: Vector3
     upper: Vector3
-    at_start: Gaps
-    at_goal: Gaps
+    at_ends: Gaps
+    """At start and goal."""
     straight: Float[Array, ""]
     """Length of the straight way between the ends of z [m]."""
 
-    @property
-    def required(self) -> Gaps:
-        """What must be kept free, away from the ends [m]."""
-        dtype = self.q_start.dtype
-        zero = jnp.zeros(3, dtype)
-        return Gaps(
-            obstacles=jnp.broadcast_to((self.potential.zeta - 1) * self.radius, self.at_start.obstacles.shape),
-            floor=jnp.zeros_like(self.at_start.floor),
-            spheres=jnp.broadcast_to(jnp.asarray(self.path.self_gap, dtype), self.at_start.spheres.shape),
-            lower=zero,
-            upper=zero,
-        )
-
 
 def body_gaps(
-    body: PlanBody, points: Float[Array, "point 3"], tool: Vector3, obstacles: Array, lower: Vector3, upper: Vector3
+    body: PlanBody,
+    points: Float[Array, "point 3 sample"],
+    tool: Float[Array, "3 sample"],
+    obstacles: Float[Array, "exposed obstacle sample"],
+    lower: Vector3,
+    upper: Vector3,
 ) -> Gaps:
-    """The gaps of a configuration whose spheres have these distances from obstacles."""
+    """The gaps of configurations whose spheres have these distances from obstacles."""
     dtype = points.dtype
     floor = -jnp.inf if body.floor is None else body.floor
-    above = points[: body.exposed, 2] - jnp.asarray(body.radii[: body.exposed] + floor, dtype)
-    apart = jnp.asarray(body.apart, dtype)
-    between = safe_norm(points[:, None] - points[None]) - apart
+    above = points[body.still :, 2] - jnp.asarray(body.radii[body.still :] + floor, dtype)[:, None]
+    rows, column, apart = body.pairs
+    away = [points[:rows, None, k] - points[None, column:, k] for k in range(3)]
+    squared = away[0] * away[0] + away[1] * away[1] + away[2] * away[2]
+    facing = (apart > 0)[..., None]
+    needed = jnp.asarray(np.where(facing, apart[..., None], 1), dtype)
+    between = squared / (2 * needed) - needed / 2  # (d^2 - a^2) / 2a = d - a, to first order
     return Gaps(
         obstacles=obstacles,
-        floor=jnp.where(jnp.asarray(body.above_floor[: body.exposed]), above, jnp.inf),
-        spheres=jnp.where(apart > 0, between, jnp.inf),
-        lower=tool - lower,
-        upper=upper - tool,
+        floor=jnp.where(jnp.asarray(body.above_floor)[:, None], above, jnp.inf),
+        spheres=jnp.where(jnp.asarray(facing), between, jnp.inf),
+        lower=tool - lower[:, None],
+        upper=upper[:, None] - tool,
     )
 
 
@@ -92,26 +93,26 @@ def arm_task(
     upper: Vector3,
 ) -> ArmTask:
     """The problem; arguments as `hrcjax.plan.arm_plan.plan_arm`."""
-    first, last = body.places(q_start), body.places(q_goal)
-    gaps = [
-        body_gaps(body, at.points, at.tool, surface_gaps(body, at.points, distances), lower, upper) for at in (first, last)
-    ]
-    ends = z_curve(path, jnp.stack([first.tool, last.tool]), jnp.stack([q_start, q_goal]))
-    straight = safe_norm(ends[1] - ends[0])
+    q = jnp.stack([q_start, q_goal])
+    ends = places_along(body, q)
+    obstacles = surface_gaps(body, ends.points, distances)
+    gaps = body_gaps(body, ends.points, ends.tool, obstacles, lower, upper)
+    z = z_curve(path, ends.tool.T, q)
     return ArmTask(
-        path, potential, body, q_start, q_goal, last.tool, distances, radius, lower, upper, *gaps, straight
+        path, potential, body, q_start, q_goal, ends.tool[:, 1], distances, radius, lower, upper, gaps, safe_norm(z[1] - z[0])
     )  # fmt: skip
 
 
-def allowed_gaps(task: ArmTask, place: Scalar) -> Gaps:
-    """What must be kept free at a place along the path, 0 at the start and 1 at the goal [m].
+def allowed_gaps(task: ArmTask, place: Float[Array, "sample"]) -> Gaps:
+    """What must be kept free at places along the path, 0 at the start and 1 at the goal [m].
 
     Where less is free at an end, it opens from there with the distance along the straight way.
     """
-    grown = task.path.opening * task.straight * place
-    whole = task.path.opening * task.straight
+    zeta, dtype = task.potential.zeta, place.dtype
+    required = Gaps((zeta - 1) * task.radius, jnp.zeros(1, dtype), jnp.asarray(task.path.self_gap, dtype), *[jnp.zeros(1, dtype)] * 2)
 
-    def attainable(required: Array, start: Array, goal: Array) -> Array:
-        return jnp.minimum(required, jnp.minimum(start + grown, goal + whole - grown))
+    def attainable(required: Array, ends: Array) -> Array:
+        asked = jnp.broadcast_to(required, ends.shape[:-1])
+        return attainable_gap(asked, ends[..., 0], ends[..., 1], task.path.opening, task.straight, place)
 
-    return Gaps(*(attainable(*three) for three in zip(task.required, task.at_start, task.at_goal, strict=True)))
+    return Gaps(*(attainable(*both) for both in zip(required, task.at_ends, strict=True)))

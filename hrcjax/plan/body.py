@@ -36,6 +36,20 @@ class BodyMotion(NamedTuple):
     """Its Jacobian [m/rad]."""
 
 
+class SpherePairs(NamedTuple):
+    """Pairs of spheres that must not touch each other: some of the first spheres with some of the last."""
+
+    rows: int
+    """Number of spheres from the first on."""
+    column: int
+    """The sphere from which on the others are."""
+    apart: np.ndarray
+    """(row column) least distance of the centres; 0: they may touch [m]"""
+
+
+NO_PAIRS = SpherePairs(0, 10**6, np.zeros((0, 0)))
+
+
 @dataclass(frozen=True, eq=False)
 class PlanBody:
     """What is planned for, as functions of one configuration. Constant and hashable by identity: close over it."""
@@ -46,14 +60,14 @@ class PlanBody:
     """q -> the same with their Jacobians."""
     radii: np.ndarray
     """(point) of the spheres, which cover the body [m]"""
-    exposed: int
-    """Number of spheres that obstacles count for: the first ones. The others only count for self-collision."""
+    still: int
+    """Number of spheres that do not move, the first ones: obstacles do not count for them."""
     above_floor: np.ndarray
-    """(point) whether a sphere must stay above the floor"""
+    """(exposed) whether a sphere must stay above the floor; exposed are those that move"""
     weights: np.ndarray
     """(exposed) shares in the repulsion: length of link that a sphere stands for, in units of WEIGHT_LENGTH [1]"""
-    apart: np.ndarray
-    """(point point) least distance of the centres of two spheres that must not touch; 0: they may [m]"""
+    pairs: SpherePairs
+    """Which spheres must not touch each other."""
     q_min: np.ndarray
     """(joint) [rad]"""
     q_max: np.ndarray
@@ -84,7 +98,7 @@ def point_body(bound: float = 100.0) -> PlanBody:
         return BodyMotion(q[None], eye[None], q, eye)
 
     wide = np.full(3, bound)
-    return PlanBody(places, motion, np.zeros(1), 1, np.ones(1, bool), np.ones(1), np.zeros((1, 1)), -wide, wide)
+    return PlanBody(places, motion, np.zeros(1), 0, np.ones(1, bool), np.ones(1), NO_PAIRS, -wide, wide)
 
 
 def cover(a: np.ndarray, b: np.ndarray, radius: float, inflation: float) -> tuple[np.ndarray, float]:
@@ -98,19 +112,38 @@ def cover(a: np.ndarray, b: np.ndarray, radius: float, inflation: float) -> tupl
 
 
 def self_pairs(arm: Arm, tight: Sequence[tuple[str, str]] = ()) -> list[tuple[int, int]]:
-    """Pairs of capsules that must not touch each other: those on links that are not neighbours.
+    """Pairs of capsules that must not touch each other: those on links that are not neighbours, the one nearer to the base
+    first. The base counts as part of the first link, which turns about its axis.
 
     Args:
         tight: pairs by name to leave out, as their shapes overlap where the real ones do not.
     """
     links, names = arm.capsule_links, arm.capsule_names
     left_out = {frozenset(pair) for pair in tight}
+    every = range(len(links))
     return [
         (i, j)
-        for i in range(len(links))
-        for j in range(i + 1, len(links))
-        if abs(links[i] - links[j]) > 1 and frozenset((names[i], names[j])) not in left_out
+        for i in every
+        for j in every
+        if links[j] - max(links[i], 0) > 1 and frozenset((names[i], names[j])) not in left_out
     ]
+
+
+def sphere_pairs(owner: np.ndarray, radii: np.ndarray, capsules: Sequence[tuple[int, int]]) -> SpherePairs:
+    """The pairs of spheres of pairs of capsules.
+
+    Args:
+        owner: (point) capsule of every sphere.
+        radii: (capsule) [m].
+        capsules: pairs, the one whose spheres come first before the other.
+    """
+    if not capsules:
+        return NO_PAIRS
+    apart = np.zeros((len(owner), len(owner)))
+    for i, j in capsules:
+        apart[np.outer(owner == i, owner == j)] = radii[i] + radii[j]
+    rows, column = int(np.flatnonzero(apart.any(1))[-1]) + 1, int(np.flatnonzero(apart.any(0))[0])
+    return SpherePairs(rows, column, apart[:rows, column:])
 
 
 def arm_body(
@@ -123,21 +156,16 @@ def arm_body(
         floor: height of a floor that all links beyond the first keep above [m]; None: there is none.
         tight: pairs of capsules by name that may overlap.
     """
-    moving = [k for k, link in enumerate(arm.capsule_links) if link >= 0]
-    still = [k for k, link in enumerate(arm.capsule_links) if link < 0]
-    order = [*moving, *still]
+    order = sorted(range(len(arm.capsule_links)), key=lambda k: arm.capsule_links[k])
     covers = {k: cover(arm.capsule_a[k], arm.capsule_b[k], arm.capsule_radii[k], inflation) for k in order}
     owner = np.array([k for k in order for _ in covers[k][0]])
     links = tuple(int(arm.capsule_links[k]) for k in owner)
     offsets = np.concatenate([covers[k][0] for k in order])
     radii = np.array([covers[k][1] for k in owner])
-    exposed = int(np.sum(np.isin(owner, moving)))
+    still = sum(link < 0 for link in links)
     lengths = np.linalg.norm(arm.capsule_b - arm.capsule_a, axis=1) + 2 * arm.capsule_radii
-    weights = np.array([lengths[k] / len(covers[k][0]) / WEIGHT_LENGTH for k in owner[:exposed]])
-    apart = np.zeros((len(owner), len(owner)))
-    for i, j in self_pairs(arm, tight):
-        both = np.outer(owner == i, owner == j)
-        apart[both | both.T] = arm.capsule_radii[i] + arm.capsule_radii[j]
+    weights = np.array([lengths[k] / len(covers[k][0]) / WEIGHT_LENGTH for k in owner[still:]])
+    pairs = sphere_pairs(owner, arm.capsule_radii, self_pairs(arm, tight))
     tool_link, tool_offset = (arm.tool_link,), arm.tool_offset[None]
 
     def places(q: Joints) -> BodyPlaces:
@@ -150,6 +178,6 @@ def arm_body(
         return BodyMotion(moved.x[:-1], moved.J[:-1], moved.x[-1], moved.J[-1])
 
     return PlanBody(
-        places, motion, radii, exposed, np.array(links) > 0, weights, apart, arm.q_min, arm.q_max, floor,
+        places, motion, radii, still, np.array(links[still:]) > 0, weights, pairs, arm.q_min, arm.q_max, floor,
         lambda q: tool_frame(arm, q)[0],
     )  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.plan.arm_optimise import Inner, no_longer
 from hrcjax.plan.arm_params import ArmPlanSizes
-from hrcjax.plan.arm_potential import arm_repulsion
+from hrcjax.plan.arm_potential import arm_repulsions
 from hrcjax.plan.arm_task import ArmTask, z_curve
 from hrcjax.plan.arm_terms import gaps_and_normals
 from hrcjax.plan.joint_spline import control_places, fit_matrix
@@ -44,22 +44,23 @@ def descend(task: ArmTask, steps: int) -> Descent:
 
     def advance(q: Joints, _: None) -> tuple[Joints, tuple[Joints, Array]]:
         motion = body.motion(q)
-        exposed = body.exposed
-        raw, normal = gaps_and_normals(task.distances, motion.points[:exposed])
-        gaps = raw - jnp.asarray(body.radii[:exposed], dtype)[:, None]
+        J = motion.J[body.still :]
+        raw, normal = gaps_and_normals(task.distances, motion.points[body.still :, :, None])
+        gaps = raw - jnp.asarray(body.radii[body.still :], dtype)[:, None, None]
+        normal = normal[..., 0]
 
         def energy(tool: Vector3, gaps: Array) -> Array:
-            repulsive = arm_repulsion(p, body, gaps, task.radius, d_factor(p, tool, task.goal))
+            repulsive = d_factor(p, tool, task.goal) * jnp.sum(arm_repulsions(p, body, gaps, task.radius))
             return (attractive_potential(p, tool, task.goal) + repulsive) / p.k_att
 
         (by_tool, by_gap), (_, stiff) = jax.jvp(
             jax.grad(energy, argnums=(0, 1)), (motion.tool, gaps), (jnp.zeros(3, dtype), jnp.ones_like(gaps))
         )
         force = -by_tool @ motion.J_tool - joint_weight * (q - task.q_goal)
-        force = force - jnp.einsum("po,kpo,pkj->j", by_gap, normal, motion.J[:exposed])
-        along = jnp.einsum("kpo,pkj->poj", normal, motion.J[:exposed])
+        force = force - jnp.einsum("po,kpo,pkj->j", by_gap[..., 0], normal, J)
+        along = jnp.einsum("kpo,pkj->poj", normal, J)
         metric = tool_weight * motion.J_tool.T @ motion.J_tool + joint_weight * jnp.eye(n, dtype=dtype)
-        metric = metric + jnp.einsum("po,poi,poj->ij", stiff, along, along)
+        metric = metric + jnp.einsum("po,poi,poj->ij", stiff[..., 0], along, along)
         grown = metric + 1e-6 * jnp.trace(metric) * jnp.eye(n, dtype=dtype)
         step = _FRACTION * jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(grown), force)
         move = z_curve(path, motion.J_tool @ step, step)
