@@ -147,7 +147,7 @@ def policy_acceleration(
     limits: JointLimits | Limits,
     posture_goal: ArrayLike,
     *,
-    repel: Sequence[Repel] = (),
+    repel: Sequence[Repel] | None = None,
 ) -> Numbers:
     """As `hrcjax.policy.policy_acceleration`, for NumPy arrays [rad/s^2]."""
     q, qd, d, g = np.asarray(q), np.asarray(qd), np.asarray(d), np.asarray(g)
@@ -161,7 +161,7 @@ def policy_acceleration(
     J = np.concatenate([to_goal, off_obstacle])
     metric = np.concatenate([M_goal, M_push])
     wanted = np.concatenate([a_goal - to_goal_bias, a_push - off_obstacle_bias])
-    for one in repel:
+    for one in repel or ():
         reach, fade, room, away = map(np.asarray, (one.reach, one.fade, one.d, one.g))
         M_push, a_push = repulsion(params.repulsion, float(np.asarray(one.k_rep)), reach, fade, room, away, drift)
         J = np.concatenate([J, off_obstacle])
