@@ -34,7 +34,7 @@ def policy_acceleration(
     limits: JointLimits,
     posture: Joints,
     *,
-    repel: Sequence[Repel] = (),
+    repel: Sequence[Repel] | None = None,
 ) -> Joints:
     """The joint acceleration that all leaves together ask for [rad/s^2]. Not limited: see `limit_acceleration`.
 
@@ -60,7 +60,7 @@ def combine(
     limits: JointLimits,
     posture: Joints,
     *,
-    repel: Sequence[Repel] = (),
+    repel: Sequence[Repel] | None = None,
 ) -> Pulled:
     """The sum of all leaves at the joints. Leaves of one's own are added to it by `add(combine(...), pull(...))`.
 
@@ -77,7 +77,7 @@ def combine(
         g: gradients of the distance there [1].
         limits: of the joints; only the range is used here.
         posture: joint positions to draw to, where the posture leaf is on [rad].
-        repel: sets of surfaces that repel the control points by the planner's potential, such as what stands and people.
+        repel: sets of surfaces that repel the control points by the planner's potential, such as what stands and people; None: none.
 
     Not finite if: an input is not, or a length, an eps or a gate of params is 0.
     Raises: ValueError if the number of points or joints differs between arguments.
@@ -87,7 +87,7 @@ def combine(
     M_goal, a_goal = to_goals(p.target, tool.x, tool.xd, goal, goal_velocity, goal_acceleration)
     M_body, a = jax.vmap(lambda *point: collision(p.collision, *point))(d, g, body.xd)
     force = weighed(M_body, a - body.Jd_qd)
-    for one in repel:
+    for one in repel or ():
         k_rep = jnp.asarray(one.k_rep, q.dtype)
         push = jax.vmap(lambda *point, k_rep=k_rep: repulsion(p.repulsion, k_rep, *point))
         M, a = push(one.reach, one.fade, one.d, one.g, body.xd)

@@ -75,4 +75,4 @@ def repulsion(
     w = params.weight * near**2 * speed / (speed + params.speed_half)
     towards = jnp.maximum(-jnp.dot(g, xd), 0.0)
     damped = towards * towards / (towards + params.v_smooth)
-    return w * g[:, None] * g[None, :], params.gain * (speed + damped) * g
+    return w * g[:, None] * g[None, :], jnp.asarray(params.gain * (speed + damped)) * g

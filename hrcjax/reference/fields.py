@@ -132,7 +132,7 @@ def other_ways(field: Field, x: NDArray, away: NDArray, count: int = 2) -> list[
 
 def _apart(way: NDArray, away: NDArray) -> bool:
     """Whether a vector and a unit vector differ by more than 60 degrees."""
-    return way @ away <= 0.5 * np.sqrt(way @ way)
+    return bool(way @ away <= 0.5 * np.sqrt(way @ way))
 
 
 def scene_of(grid: GridField) -> Scene:

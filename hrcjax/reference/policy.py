@@ -88,9 +88,9 @@ def repulsion(
     asked = params.rate * k_rep * np.where(inside, inverse - 1 / reach_some, 0.0) * slope * fade
     v = asked * params.speed_max / (params.speed_max + asked)
     ramp = np.where(inside, 1 - d / reach_some, 0.0)
-    w = params.weight * ramp**2 * v / (v + params.speed_half)
+    w = np.asarray(params.weight * ramp**2 * v / (v + params.speed_half), np.float64)
     towards = np.maximum(-(g * xd).sum(axis=-1), 0.0)
-    a = params.gain * (v + towards**2 / (towards + params.v_smooth))
+    a = np.asarray(params.gain * (v + towards**2 / (towards + params.v_smooth)), np.float64)
     return w[..., None, None] * (g[..., :, None] * g[..., None, :]), a[..., None] * g
 
 
@@ -147,7 +147,7 @@ def policy_acceleration(
     limits: JointLimits | Limits,
     posture_goal: ArrayLike,
     *,
-    repel: Sequence[Repel] = (),
+    repel: Sequence[Repel] | None = None,
 ) -> Numbers:
     """As `hrcjax.policy.policy_acceleration`, for NumPy arrays [rad/s^2]."""
     q, qd, d, g = np.asarray(q), np.asarray(qd), np.asarray(d), np.asarray(g)
@@ -161,9 +161,9 @@ def policy_acceleration(
     J = np.concatenate([to_goal, off_obstacle])
     metric = np.concatenate([M_goal, M_push])
     wanted = np.concatenate([a_goal - to_goal_bias, a_push - off_obstacle_bias])
-    for one in repel:
-        numbers = (np.asarray(v) for v in (one.k_rep, one.reach, one.fade, one.d, one.g))
-        M_push, a_push = repulsion(params.repulsion, *numbers, drift)
+    for one in repel or ():
+        reach, fade, room, away = map(np.asarray, (one.reach, one.fade, one.d, one.g))
+        M_push, a_push = repulsion(params.repulsion, float(np.asarray(one.k_rep)), reach, fade, room, away, drift)
         J = np.concatenate([J, off_obstacle])
         metric = np.concatenate([metric, M_push])
         wanted = np.concatenate([wanted, a_push - off_obstacle_bias])

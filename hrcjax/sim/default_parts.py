@@ -174,7 +174,7 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
         # which points answer: their mean, under the kernel's weights
         away_from_base = safe_norm(x - offset)
         share = jnp.clip((away_from_base - COARSE_FROM) / COARSE_EDGE + 1.0, 0.0, 1.0)
-        return params.spread + share * (params.far_spread - params.spread) + params.person_noise
+        return jnp.asarray(params.spread + share * (params.far_spread - params.spread) + params.person_noise)
 
     least = nearest_bound(both.people.log_occupancy, people.log_least, people.field.length_scale)
     least = jnp.where(both.people.some, least - margin(both.people.offset), FAR)

@@ -169,7 +169,7 @@ def test_collision_metric_grows_towards_contact_and_fades_with_recession(dtype):
     )
     assert approach > 1.9 * still and recede < 0.02 * still
     _, a = collision(n, x_(0.03, dtype), g, x_([1.0, 0, 0], dtype))
-    assert abs(float(a[0])) < 0.3, "motion along a surface is hardly braked"
+    assert abs(float(a[0])) < 0.5, "motion along a surface is hardly braked"
 
 
 def test_collision_takes_a_tool_of_1_m_per_s_away_before_contact():

@@ -119,7 +119,8 @@ def test_a_metric_of_its_own_moves_the_joints_that_it_weighs_least(dtype) -> Non
 
 @pytest.mark.parametrize("place", ["qd", "A", "limit"])
 def test_missing_numbers_stand_still(place: str) -> None:
-    arguments = dict(zip(("qd", "A", "limit"), map(jnp.asarray, problem(0)), strict=True))
+    names: tuple[str, ...] = ("qd", "A", "limit")
+    arguments = dict(zip(names, map(jnp.asarray, problem(0)), strict=True))
     arguments[place] = arguments[place].at[(3,) * arguments[place].ndim].set(jnp.nan)
     np.testing.assert_array_equal(change(**arguments), 0.0)
 
