@@ -1,6 +1,12 @@
-"""The planner: the improved artificial potential field, and paths optimised for length and bending energy."""
+"""The planner: the improved artificial potential field, and paths optimised for length and bending energy, of a point and of
+a whole arm."""
 
+from hrcjax.plan.arm_params import ArmPathParams, ArmPlanSizes
+from hrcjax.plan.arm_path import ArmPath
+from hrcjax.plan.arm_plan import plan_arm
+from hrcjax.plan.arm_potential import arm_force, arm_potential, repulsion_ratio
 from hrcjax.plan.baseline import GradientDescentParams, gradient_descent_path
+from hrcjax.plan.body import PlanBody, arm_body, point_body
 from hrcjax.plan.curve import PathCurve, path_curve
 from hrcjax.plan.descent import PotentialPath, StepFn, damped_step, potential_path, time_to_goal, unit_step
 from hrcjax.plan.optimise import optimise_path
@@ -11,8 +17,9 @@ from hrcjax.plan.plan import plan
 from hrcjax.plan.potential import DistancesFn, force, potential
 
 __all__ = [
-    "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanParams", "PlanSizes",
-    "PotentialParams", "PotentialPath", "StepFn", "damped_step", "force", "gradient_descent_path",
-    "judge", "optimise_path", "path_curve", "path_scores", "plan", "potential", "potential_path",
-    "required_distance", "time_to_goal", "unit_step",
+    "ArmPath", "ArmPathParams", "ArmPlanSizes", "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams",
+    "PathResult", "PlanBody", "PlanParams", "PlanSizes", "PotentialParams", "PotentialPath", "StepFn", "arm_body", "arm_force",
+    "arm_potential", "damped_step", "force", "gradient_descent_path", "judge", "optimise_path", "path_curve", "path_scores",
+    "plan", "plan_arm", "point_body", "potential", "potential_path", "repulsion_ratio", "required_distance", "time_to_goal",
+    "unit_step",
 ]  # fmt: skip
