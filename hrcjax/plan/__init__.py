@@ -1,8 +1,10 @@
-"""The planner: the improved artificial potential field, and paths optimised for length and bending energy."""
+"""The planner: the improved artificial potential field, and paths optimised for length and bending energy, of a point and of
+a whole arm."""
 
 from hrcjax.plan.arm_params import ArmPathParams, ArmPlanSizes
 from hrcjax.plan.arm_path import ArmPath
 from hrcjax.plan.arm_plan import plan_arm
+from hrcjax.plan.arm_potential import arm_force, arm_potential, repulsion_ratio
 from hrcjax.plan.baseline import GradientDescentParams, gradient_descent_path
 from hrcjax.plan.body import PlanBody, arm_body, point_body
 from hrcjax.plan.curve import PathCurve, equally_spaced, path_curve
@@ -17,7 +19,7 @@ from hrcjax.plan.potential import DistancesFn, d_factor, force, potential
 
 __all__ = [
     "ArmPath", "ArmPathParams", "ArmPlanSizes", "DistancesFn", "GradientDescentParams", "PathCurve", "PathParams", "PathResult", "PlanBody", "PlanParams", "PlanSizes",
-    "PotentialParams", "PotentialPath", "StepFn", "arm_body", "d_factor", "damped_step", "equally_spaced", "force", "gradient_descent_path",
+    "PotentialParams", "PotentialPath", "StepFn", "arm_body", "arm_force", "arm_potential", "d_factor", "damped_step", "equally_spaced", "force", "gradient_descent_path",
     "judge", "law_speed", "optimise_path", "path_curve", "path_scores", "plan", "plan_arm", "point_body", "potential", "potential_path",
-    "required_distance", "time_to_goal", "unit_step",
+    "repulsion_ratio", "required_distance", "time_to_goal", "unit_step",
 ]  # fmt: skip

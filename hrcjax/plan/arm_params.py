@@ -44,15 +44,15 @@ class ArmPathParams(eqx.Module):
 class ArmPlanSizes:
     """Sizes of arrays and numbers of iterations: static."""
 
-    control: int = 12
+    control: int = 10
     """Control points of the spline, start and goal among them."""
-    samples: int = 48
+    samples: int = 32
     """Configurations at which the path is checked, start and goal among them."""
-    iterations: int = 12
+    iterations: int = 10
     """Gauss-Newton steps for every guess, with the penalty growing."""
-    polish: int = 12
+    polish: int = 10
     """Levenberg-Marquardt steps for the best one."""
-    guesses: int = 6
+    guesses: int = 5
     """Straight line, descent, arch over, arches to both sides, then seeded random detours."""
     waypoints: int = 48
     """Waypoints of the path, start and goal among them."""

@@ -72,7 +72,9 @@ def even_waypoints(
     return joints.at[0].set(task.q_start).at[-1].set(task.q_goal), places
 
 
-def judge_arm(task: ArmTask, inner: Inner, sizes: ArmPlanSizes, reached: Bool[Array, ""], guess: Int[Array, ""]) -> ArmPath:
+def judge_arm(
+    task: ArmTask, inner: Inner, sizes: ArmPlanSizes, reached: Bool[Array, ""], guess: Int[Array, ""]
+) -> ArmPath:
     """What can be said of a path; distances are measured at the waypoints and midway between them."""
     path, potential, body = task.path, task.potential, task.body
     every = 2 * sizes.waypoints - 1

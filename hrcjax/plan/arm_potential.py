@@ -40,7 +40,10 @@ def surface_gaps(
 
 
 def arm_repulsions(
-    params: PotentialParams, body: PlanBody, gaps: Float[Array, "exposed obstacle sample"], radius: Float[Array, "obstacle"]
+    params: PotentialParams,
+    body: PlanBody,
+    gaps: Float[Array, "exposed obstacle sample"],
+    radius: Float[Array, "obstacle"],
 ) -> Float[Array, "exposed obstacle sample"]:
     """Repulsive potentials of all spheres and obstacles, without the d_factor [m^(2-n)/step].
 

@@ -109,7 +109,12 @@ def allowed_gaps(task: ArmTask, place: Float[Array, "sample"]) -> Gaps:
     Where less is free at an end, it opens from there with the distance along the straight way.
     """
     zeta, dtype = task.potential.zeta, place.dtype
-    required = Gaps((zeta - 1) * task.radius, jnp.zeros(1, dtype), jnp.asarray(task.path.self_gap, dtype), *[jnp.zeros(1, dtype)] * 2)
+    required = Gaps(
+        (zeta - 1) * task.radius,
+        jnp.zeros(1, dtype),
+        jnp.asarray(task.path.self_gap, dtype),
+        *[jnp.zeros(1, dtype)] * 2,
+    )
 
     def attainable(required: Array, ends: Array) -> Array:
         asked = jnp.broadcast_to(required, ends.shape[:-1])

@@ -18,9 +18,8 @@ from hrcjax.typing import Array, Bool, Float, Joints, Vector3
 
 _FRACTION = 0.15
 """Part of the way to the goal that one step of the descent covers where nothing repels [1]."""
-_SEED = 20250
-_DETOUR = 1.0
-"""Size of a random detour, over the length of the straight line in the joints and this many radians."""
+_LEAST_EXTENT = 0.5
+"""Detours are in proportion to the straight line's length, or to this if it is longer [rad]."""
 
 
 class Descent(NamedTuple):
@@ -127,12 +126,30 @@ def arches(task: ArmTask) -> Float[Array, "3 joint"]:
     return jax.vmap(lambda d, h: _lifted(task, d, h))(jnp.stack([up, across, -across]), heights)
 
 
-def detours(count: int, size: int, places: np.ndarray, seed: int = _SEED) -> np.ndarray:
-    """Random smooth curves that vanish at both ends, (count place joint) [1]: a half and a whole wave in every joint."""
+def straight_guess(task: ArmTask, sizes: ArmPlanSizes) -> Inner:
+    """Control points of the straight line in the joints [rad]."""
+    places = jnp.asarray(control_places(sizes.control)[1:-1], task.q_start.dtype)[:, None]
+    return task.q_start + places * (task.q_goal - task.q_start)
+
+
+def detours(count: int, size: int, control: int, seed: int = 0) -> np.ndarray:
+    """Random smooth detours as changes of control points, (count inner joint): a half and a whole wave in every joint, of
+    standard deviation 1 and 0.5."""
     rng = np.random.default_rng(seed)
+    places = control_places(control)[1:-1]
     waves = np.stack([np.sin(np.pi * places), np.sin(2 * np.pi * places)])
     sizes = rng.standard_normal((count, 2, size)) * np.array([1.0, 0.5])[None, :, None]
     return np.einsum("cwj,wp->cpj", sizes, waves)
+
+
+def detour_guesses(
+    task: ArmTask, sizes: ArmPlanSizes, detours: Float[Array, "guess inner joint"]
+) -> Float[Array, "guess inner joint"]:
+    """The straight line with random detours in proportion to its length, within the ranges of the joints [rad]."""
+    dtype = task.q_start.dtype
+    extent = jnp.maximum(safe_norm(task.q_goal - task.q_start), jnp.asarray(_LEAST_EXTENT, dtype))
+    low, high = jnp.asarray(task.body.q_min, dtype), jnp.asarray(task.body.q_max, dtype)
+    return jnp.clip(straight_guess(task, sizes) + extent / task.body.size**0.5 * detours, low, high)
 
 
 def guesses(task: ArmTask, sizes: ArmPlanSizes) -> tuple[Float[Array, "guess inner joint"], Bool[Array, ""]]:
@@ -141,18 +158,13 @@ def guesses(task: ArmTask, sizes: ArmPlanSizes) -> tuple[Float[Array, "guess inn
     In this order: straight line, descent, arch over the middle, arches to both sides, random detours.
     """
     dtype = task.q_start.dtype
-    places = control_places(sizes.control)[1:-1]
-    straight = task.q_start + jnp.asarray(places, dtype)[:, None] * (task.q_goal - task.q_start)
-    found = [straight[None]]
+    straight = straight_guess(task, sizes)
     descended, reached = descent_guess(task, sizes)
-    if sizes.guesses > 1:
-        found.append(descended[None])
+    found = [straight[None], descended[None]]
     if sizes.guesses > 2:
-        hump = jnp.asarray(np.sin(np.pi * places), dtype)[:, None]
-        found.append(straight + hump * arches(task)[: sizes.guesses - 2, None, :])
+        hump = jnp.asarray(np.sin(np.pi * control_places(sizes.control)[1:-1]), dtype)[:, None]
+        found.append(straight + hump * arches(task)[:, None, :])
     if sizes.guesses > 5:
-        extent = jnp.maximum(safe_norm(task.q_goal - task.q_start), 0.5) / np.sqrt(task.body.size).item()
-        bumps = jnp.asarray(detours(sizes.guesses - 5, task.body.size, places), dtype)
-        low, high = jnp.asarray(task.body.q_min, dtype), jnp.asarray(task.body.q_max, dtype)
-        found.append(jnp.clip(straight + extent * bumps, low, high))
-    return jnp.concatenate(found), reached
+        random = detours(sizes.guesses - 5, task.body.size, sizes.control)
+        found.append(detour_guesses(task, sizes, jnp.asarray(random, dtype)))
+    return jnp.concatenate(found)[: sizes.guesses], reached

@@ -1,0 +1,79 @@
+"""The problems: a UR5 among boxes, with the reference path of each."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.lab.errors import UsageError
+from hrcjax.robot import Arm, load_arm
+
+THINNER = 0.01
+"""The arm's capsules are this much thinner than the project's: with those, every sixth reference path collides [m]."""
+TIGHT = (("forearm", "wrist 2"),)
+"""Capsules that overlap in half of the reference paths, by up to 5 mm, and so do not count."""
+KEYS = ("start", "goal", "box_center", "box_half_extents", "n_boxes", "path", "path_offset")
+
+
+@dataclass(frozen=True)
+class Problems:
+    """Some problems."""
+
+    start: NDArray
+    """(problem joint) [rad]"""
+    goal: NDArray
+    """(problem joint) [rad]"""
+    center: NDArray
+    """(problem box 3) of the boxes [m]"""
+    half: NDArray
+    """(problem box 3) half extents [m]"""
+    boxes: NDArray
+    """(problem) number of boxes that exist"""
+    reference: tuple[NDArray, ...]
+    """(waypoint joint) of a free path, each [rad]"""
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    def taken(self, index: NDArray) -> "Problems":
+        """Some of them."""
+        return Problems(
+            self.start[index], self.goal[index], self.center[index], self.half[index], self.boxes[index],
+            tuple(self.reference[k] for k in index),
+        )  # fmt: skip
+
+
+def read_problems(path: Path, count: int) -> Problems:
+    """Problems of a file, `count` of them spread evenly; 0: all.
+
+    Raises:
+        UsageError: the file has another format, or too few problems.
+    """
+    try:
+        with np.load(path) as file:
+            data = {key: file[key] for key in KEYS}
+    except (OSError, ValueError, KeyError) as error:
+        raise UsageError(
+            f"{path} holds no planning problems ({error}); expected are arrays {', '.join(KEYS)}"
+        ) from error
+    offsets = data["path_offset"]
+    paths = tuple(data["path"][a:b].astype(float) for a, b in zip(offsets[:-1], offsets[1:], strict=True))
+    every = Problems(
+        data["start"].astype(float), data["goal"].astype(float), data["box_center"].astype(float),
+        data["box_half_extents"].astype(float), data["n_boxes"].astype(int), paths,
+    )  # fmt: skip
+    if not 0 <= count <= len(every):
+        raise UsageError(f"--count {count}: {path} holds {len(every)} problems; 0 takes all")
+    return every.taken(np.linspace(0, len(every) - 1, count).astype(int)) if count else every
+
+
+def thin_arm() -> Arm:
+    """The UR5 of the problems."""
+    arm = load_arm("ur5")
+    return replace(arm, capsule_radii=arm.capsule_radii - THINNER)
+
+
+def joint_length(path: NDArray) -> float:
+    """Length of a path in the joints [rad]."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
