@@ -22,8 +22,8 @@ from hrcjax.world import Person, Scene, motion_named
 
 MODES = ("both", "path")
 """Ways to move: policies may leave the path, or only its clock reacts."""
-UNLIMITED = 1e4
-"""Deceleration before surfaces with which the governor never stops the arm for them [m/s^2]."""
+FAR_BEHIND = -10.0
+"""Margin with which the governor never stops the arm before a surface [m]."""
 
 
 def single(tree: Any) -> Any:
@@ -50,8 +50,8 @@ def without_leaves(params: Params) -> Params:
 def without_stop(params: Params) -> Params:
     """The same, and a governor that does not stop the arm before surfaces, as far as it has that."""
     params = without_leaves(params)
-    if hasattr(params.motion, "surface_brake"):
-        params = eqx.tree_at(lambda p: p.motion.surface_brake, params, jnp.asarray(UNLIMITED, jnp.float32))
+    if hasattr(params.motion, "surface_margin"):
+        params = eqx.tree_at(lambda p: p.motion.surface_margin, params, jnp.asarray(FAR_BEHIND, jnp.float32))
     return params
 
 

@@ -116,8 +116,8 @@ def best_retreat(arm: Arm, scene: Scene, person: Person, q: NDArray, t: float) -
 def retreat(cell: Cell, scene: Scene, person: Person, played: Played) -> dict[str, Any]:
     """At some ticks in stop, not on hold: what retreat is possible, how fast the nearest point goes away [m/s], and whether
     the person is too close at that moment."""
-    host = on_host(person)
-    ticks = np.flatnonzero((played.zone == STOP) & (played.reasons & HOLD == 0))[::EVERY]
+    host, end = on_host(person), played.end(np.asarray(scene.goal, float)) + 1
+    ticks = np.flatnonzero((played.zone[:end] == STOP) & (played.reasons[:end] & HOLD == 0))[::EVERY]
     able, speed = np.zeros(len(ticks)), np.zeros(len(ticks))
     for n, k in enumerate(ticks):
         able[n], row = best_retreat(cell.arm, scene, host, played.q[k].astype(float), float(played.t[k]))
