@@ -132,24 +132,18 @@ class Monitor:
         return state, Decision(limit, hold, any_limit)
 
 
-def governor(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> float:
-    """The largest factor in [0, 1] with which no point approaches the person faster than its limit [1].
+def speed_scale(approach: NDArray, limit: NDArray) -> float:
+    """The largest factor in [0, 1] with which no row approaches faster than its limit; 0 where a number is missing [1].
 
     Args:
-        qd: desired joint speeds [rad/s].
-        J: Jacobians of the points, (point 3 joint) [m/rad].
-        g: gradients of the distance to the person, (point 3) [1].
-        limit: of every point [m/s].
+        approach: speed of every row towards its surface [m/s].
+        limit: its largest value; below 0 it counts as 0 [m/s].
     """
-    velocity = J @ qd
-    approach = -(g * velocity).sum(axis=1)
-    lost = (g * g).sum(axis=1) < 0.25
-    if lost.any():
-        approach = np.where(lost, np.sqrt((velocity * velocity).sum(axis=1)), approach)
     if not np.isfinite(approach).all() or np.isnan(limit).any():
         return 0.0
-    over = approach > limit
-    return float((limit[over] / approach[over]).min()) if over.any() else 1.0
+    most = np.maximum(limit, 0.0)
+    over = approach > most
+    return float((most[over] / approach[over]).min()) if over.any() else 1.0
 
 
 def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
