@@ -60,13 +60,16 @@ def box_field(middle, half, layout):
 
 
 def frames_of(at, gap, present=True):
-    """A block behind the tool, and a person-like cylinder at a distance from the tool that changes [m]; two cameras.
+    """A block behind the tool, and two person-like cylinders, the second farther and at a right angle to the first, at a distance
+    from the tool that changes [m]; two cameras.
 
     Much of the arm is outside of the grid of the scene.
     """
     k = np.arange(PLACES)
     cylinder = np.column_stack([0.1 * np.cos(k), 0.1 * np.sin(k), np.linspace(-0.3, 0.4, PLACES)])
-    points = at + cylinder + np.asarray(gap)[:, None, None] * np.array([0.5, 0.8, 0.1])
+    gap = np.asarray(gap)[:, None, None]
+    first, second = gap * np.array([0.5, 0.8, 0.1]), (gap + 0.3) * np.array([-0.8, 0.5, 0.1])
+    points = at + cylinder + np.where((k % 4 == 3)[:, None], second, first)
     layout = GridLayout(tuple(at - np.array([0.3, 0.4, 0.35])), (13, 17, 12), 0.05)
     yes = jnp.ones(FRAMES, bool)
     return Frames(
@@ -103,7 +106,7 @@ def visit(at):
     valid, beyond = frames.valid.at[17:20].set(False), frames.beyond.at[5:9].set(1.35)
     reasons = frames.reasons.at[17:, 1].set(64).at[25, 0].set(3)
     return (
-        quick(0.6, 0.07),
+        quick(0.6, 0.03),
         eqx.tree_at(lambda f: (f.valid, f.beyond, f.reasons), frames, (valid, beyond, reasons)),
         bow(at, 0.3),
     )
@@ -191,6 +194,7 @@ def test_a_person_comes_and_goes(visited, motion):
     assert reasons == OLD_DATA | TOO_CLOSE | WAITING, "the scenario must show all of them"
     assert set(theirs.zone) == {0, 1, 2, 3} and np.diff(theirs.zone).min() < 0
     assert theirs.separation.min() < 0
+    assert motion != "both" or (theirs.status == TORQUE_LIMITED).any()
     assert set(theirs.cameras) == {0, 64 << 8, 3 + (64 << 8)}
 
 
@@ -258,7 +262,6 @@ def test_nobody_there_to_the_end_of_the_path(program, cell, at):
     assert_same(ours, theirs)
     assert np.asarray(ours.reasons)[0] == OLD_DATA and theirs.zone[-1] == 0
     assert theirs.travelled[-1] == theirs.travelled[-2] > 0.035, "the clock must come to the end"
-    assert (theirs.status == TORQUE_LIMITED).any()
     assert theirs.field_clearance.min() < 0.1, "the block must be near"
 
 
