@@ -10,7 +10,7 @@ import pytest
 
 from hrcjax.field import GridLayout, fit_grid
 from hrcjax.geom.cloud import Cloud
-from hrcjax.plan import PathParams
+from hrcjax.plan import PathParams, PlanParams
 from hrcjax.plan.path_result import judge
 from hrcjax.robot import load_arm, tool_frame, with_tool
 from hrcjax.sim import Cell, Episode, Frames, Params, Record, World, outcome
@@ -69,7 +69,7 @@ def measure(cell, record):
     def run(world: World, record: Record):
         way = world.known.start + jnp.linspace(0, 1, 12)[:, None] * (world.known.goal - world.known.start)
         known = world.known
-        path = judge(params.plan, way, lambda x: obstacle_distances(known, x), known.radius, known.lower, known.upper)
+        path = judge(PlanParams(params.potential, params.plan), way, lambda x: obstacle_distances(known, x), known.radius, known.lower, known.upper)
         return outcome(params, cell, world, Episode(path, record, initial_state(cell, world.q_start)))
 
     def measured(person: Person, scene=None, known=None, **changes):
