@@ -22,8 +22,8 @@ Cases = Mapping[str, Case]
 """Cases by name."""
 Rows = dict[str, dict[str, Any]]
 
-CLEAR = 7
-"""Status of a plan without a complaint."""
+CLEAR = 14
+"""Bits of the status of a plan without a complaint: distances kept, within the bounds, no link against another."""
 HORIZON = 2.0
 """Sensed distances are compared while the person is nearer than this [m]."""
 RANGE = (0.1, 1.5)
@@ -123,7 +123,7 @@ def ghost_rows(empty: Sequence[Case], nominal: float) -> Rows:
         return {}
     slow = _joined((case["zone"] != 0) | (case["speed_limit"] < nominal * (1 - 1e-6)) for case in empty)
     rows = {"ghost_stop_share": row(slow.mean(), "1")}
-    clear = [case for case in empty if int(case["plan_status"]) == CLEAR]
+    clear = [case for case in empty if int(case["plan_status"]) & CLEAR == CLEAR]
     if clear:
         rows["ghost_arrivals"] = row(np.mean([arrives(dict(case)) for case in clear]), "1")
     return rows
@@ -252,7 +252,7 @@ def all_rows(cases: Cases, params: Params, latency: float, full_speed: float, cl
     set_ups = list(_of(cases, "setup").values())
     rows = ghost_rows(empty, float(params.safety.zone.nominal_speed))
     rows |= static_rows(set_ups, [case["static_error"] for case in episodes.values()])
-    clear = [case["clearance"].min() for case in episodes.values() if int(case["plan_status"]) == CLEAR]
+    clear = [case["clearance"].min() for case in episodes.values() if int(case["plan_status"]) & CLEAR == CLEAR]
     if clear and min(clear) < 9.0:
         rows["obstacle_clearance_min"] = row(1e3 * min(clear), "mm")
     rows |= separation_rows(beside, full_speed)

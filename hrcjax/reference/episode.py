@@ -137,10 +137,9 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         d_all, g_all, d_people, g_people, *_ = read(
             seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x
         )
-        d_person, g_person = d_people[:, 0], g_people[:, 0]
         clearance = d_all - radii
-        separation = d_person - (radii + COVER_MARGIN)[:, None]
-        people = towards(robot, separation, g_person, body.J)
+        separation = d_people - (radii + COVER_MARGIN)[:, None]
+        people = towards(robot, separation, g_people, body.J)
         approach = people.speeds(qd)
         now = latest(seen, time - cell.latency)
         guarded = seen.guarded[frame] or seen.guarded[now]
@@ -152,7 +151,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
 
         travelled = clock.s
-        room = Room(clearance, g_all, separation[:, 0], g_person[:, 0])
+        room = Room(clearance, g_all, separation[:, 0], g_people[:, 0])
         asked, clock, reference = guide(
             params, cell, route, clock, q, qd, tool, body, room, people, decision, limits
         )  # fmt: skip
@@ -163,12 +162,13 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         if cell.motion == "path":
             ahead = speed_scale(people.speeds(ahead), people.share * decision.point_limit) * ahead
         else:
-            ahead = govern(params.motion, ahead, people, decision.point_limit, towards(robot, clearance[:, None], g_all[:, None], body.J))
+            standing = towards(robot, clearance[:, None], g_all[:, None], body.J)
+            ahead = govern(params.motion, ahead, people, decision.point_limit, standing)
         qdd = limit_acceleration(brake if decision.hold else (ahead - qd) / dt, q, qd, limits, dt)
         tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
         rows.append(
             (
-                q, qd, qdd, tau, tool.x[0], reference, travelled, separation.min(), clearance.min(), approach.max(),
+                q, qd, qdd, tau, tool.x[0], reference, travelled, separation[:, 0].min(), clearance.min(), approach.max(),
                 max(float(decision.point_limit.min()), 0.0), zone.zone, sum(bits << 8 * k for k, bits in enumerate(seen.reasons[now][:3])),
                 bad + 2 * clipped + 4 * broken,
             )

@@ -57,7 +57,9 @@ def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     surfaces = distance.shape[1]
     gaps = half_gaps(arm.control_links, arm.control_offsets)
     share = between_factor(distance + arm.control_radii[:, None], gaps[:, None])
-    return Approach(distance.T.ravel(), share.T.ravel(), A.reshape(-1, A.shape[-1]), np.tile(J, (surfaces, 1, 1)), lost.T.ravel())
+    return Approach(
+        distance.T.ravel(), share.T.ravel(), A.reshape(-1, A.shape[-1]), np.tile(J, (surfaces, 1, 1)), lost.T.ravel()
+    )
 
 
 def govern(params: MotionParams, qd: NDArray, people: Approach, limit: NDArray, standing: Approach) -> NDArray:
@@ -100,7 +102,9 @@ def guide(
     off = float(np.linalg.norm(place[:3] - tool.x[0]))
     pace = min(top, route.pace(params.potential, clock.s))
     if cell.motion == "path":
-        pace = min(pace, path_speed(tangent[9:], people.A, people.share * decision.point_limit)) * exp(-((off / motion.lag) ** 2))
+        pace = min(pace, path_speed(tangent[9:], people.A, people.share * decision.point_limit)) * exp(
+            -((off / motion.lag) ** 2)
+        )
     else:
         pace *= exp(-((off / motion.leash) ** 2))
     after = advance(motion.clock, clock, pace, route.curve.length - clock.s, cell.dt, hold)

@@ -44,15 +44,16 @@ def safe_distance(params: SsmParams, v: float) -> float:
     return close if close < params.near and far <= params.near else max(far, params.near)
 
 
-def allowed_speeds(params: SsmParams, d: NDArray) -> NDArray:
-    """v(d), the inverse of S_p, for the person's speed assumed at each distance [m/s].
+def allowed_speeds(params: SsmParams, d: NDArray, spare: float = 0.0) -> NDArray:
+    """v(d - spare), v the inverse of S_p, for the person's speed assumed at each d [m/s].
 
     Args:
         d: distances; not finite: 0 m/s [m].
+        spare: part of the distances that is not to be used [m].
     """
     known = np.isfinite(d)
     person = np.where(d < params.near, params.v_h_near, params.v_h)
-    excess = d - person * params.reaction_time - (params.intrusion + params.Z_d + params.Z_r)
+    excess = d - spare - person * params.reaction_time - (params.intrusion + params.Z_d + params.Z_r)
     excess = np.where(known, np.maximum(excess, 0.0), 0.0)
     b = person + params.brake * params.reaction_time
     two_a_e = 2 * params.brake * excess
@@ -120,7 +121,7 @@ class Monitor:
             return state, Decision(np.zeros_like(d), hold, any_limit)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
         if state.zone == STOP:
-            limit = np.minimum(limit, allowed_speeds(params.ssm, d - params.zone.hysteresis))
+            limit = np.minimum(limit, allowed_speeds(params.ssm, d, params.zone.hysteresis))
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
             limit = limit - params.zone.retreat_speed * np.clip((self.stop - d) / RETREAT_RAMP, 0.0, 1.0)
         if state.zone == RED:
@@ -132,24 +133,18 @@ class Monitor:
         return state, Decision(limit, hold, any_limit)
 
 
-def governor(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> float:
-    """The largest factor in [0, 1] with which no point approaches the person faster than its limit [1].
+def speed_scale(approach: NDArray, limit: NDArray) -> float:
+    """The largest factor in [0, 1] with which no row approaches faster than its limit; 0 where a number is missing [1].
 
     Args:
-        qd: desired joint speeds [rad/s].
-        J: Jacobians of the points, (point 3 joint) [m/rad].
-        g: gradients of the distance to the person, (point 3) [1].
-        limit: of every point [m/s].
+        approach: speed of every row towards its surface [m/s].
+        limit: its largest value; below 0 it counts as 0 [m/s].
     """
-    velocity = J @ qd
-    approach = -(g * velocity).sum(axis=1)
-    lost = (g * g).sum(axis=1) < 0.25
-    if lost.any():
-        approach = np.where(lost, np.sqrt((velocity * velocity).sum(axis=1)), approach)
     if not np.isfinite(approach).all() or np.isnan(limit).any():
         return 0.0
-    over = approach > limit
-    return float((limit[over] / approach[over]).min()) if over.any() else 1.0
+    most = np.maximum(limit, 0.0)
+    over = approach > most
+    return float((most[over] / approach[over]).min()) if over.any() else 1.0
 
 
 def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:

@@ -65,7 +65,7 @@ def monitor(
     """One tick of the monitor, over the control points of the whole arm.
 
     The zone follows the nearest point; every point gets the limit of its own distance. The limits hold for motion
-    towards the person: in a stop for closeness the robot may still retreat. Old, invalid or missing data, also from
+    towards the person: in a stop for closeness the robot may still retreat, and points far from everybody may move. Old, invalid or missing data, also from
     the future, hold the robot still in every direction. Motion that approaches nobody is bounded by the nominal speed, and in
     red and stop, or guarded, by the red speed.
 
@@ -101,13 +101,16 @@ def monitor(
     limit = jax.vmap(point_limit)(d)
     limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
     limit = jnp.where(hold, 0.0, limit)
-    scale = jnp.where(hold, 0.0, speed_scale(v_r, limit))
 
     only_slows = params.zone.red_only_slows
     close = (nearest < zone_thresholds(params).stop) & (not only_slows)
     head = jnp.asarray(False)
     if head_distance is not None:
         head = (jnp.asarray(head_distance) < params.zone.head_stop) & (not only_slows)
+        # which points are near the head is not known: until that stop ends, none approaches
+        near_head = jnp.asarray(head_distance) < params.zone.head_stop + params.zone.hysteresis
+        limit = jnp.where(near_head & (state.zone == STOP), jnp.minimum(limit, 0.0), limit)
+    scale = jnp.where(hold, 0.0, speed_scale(v_r, limit))
     reasons = pack(
         {OLD_DATA: old, MISSING_DATA: ~finite, INVALID_FRAME: invalid, TOO_CLOSE: close, HEAD_NEAR: head},
     )

@@ -35,7 +35,7 @@ class Route(eqx.Module):
         u = jnp.clip(s / jnp.where(self.length > 0, self.length, 1) * count, 0, count)
         index = jnp.minimum(u.astype(jnp.int32), count - 1)
         low, high = self.ratio[index], self.ratio[index + 1]
-        return low + (u - index) * (high - low)
+        return low + (u - index.astype(u.dtype)) * (high - low)
 
 
 def tool_axes(x: Vector3, R: Matrix3, reach: float = TOOL_REACH) -> Float[Array, "3 3"]:

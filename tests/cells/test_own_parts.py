@@ -26,6 +26,7 @@ from hrcjax.field import FAR
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.parameters import batch_params, leaf_names
 from hrcjax.numerics import unrolled_options
+from hrcjax.plan import PotentialParams
 from hrcjax.robot import COVER_MARGIN, arm_capsules, arm_from_model, control_points, load_arm, tool_frame, ur_xml
 from hrcjax.safety import SafetyDecision, SsmParams
 from hrcjax.sense.rig import cell_rig
@@ -44,7 +45,7 @@ from hrcjax.sim import (
 )
 from hrcjax.sim.tick import NOT_FINITE_COMMAND, NOT_FINITE_READING, Sensed, initial_state, unit_where_long
 from hrcjax.sweeps.sweepable import Metric
-from hrcjax.world import capsules_obstacle_distances, motion_named, scene_named, together
+from hrcjax.world import capsules_obstacle_distances, motion_named, obstacle_distances, scene_named, together
 
 SHORT = SenseParams(settled=1000.0)
 """The set-up ends with the scan, though in small images the map has not settled."""
@@ -99,9 +100,10 @@ def test_leaves_of_own_parts_have_dotted_names_and_domains(own: dict[str, NamedC
     mine = own["my_cell"]
     names = leaf_names(mine.params)
     assert names["policy.stiffness"] == 25.0 and names["plan.rise"] == 0.1
-    assert not any(name.startswith(("plan.potential", "policy.target")) for name in names)
+    assert not any(name.startswith(("plan.omega1", "policy.target")) for name in names)
     assert mine.known_domains()["plan.rise"] == (0.0, 0.5) and mine.known_domains()["policy.push"][0] == -np.inf
-    assert "K_att" not in mine.known_aliases() and mine.known_aliases()["length_scale"] == "field.length_scale"
+    aliases = mine.known_aliases()
+    assert aliases["K_att"] == "potential.k_att" and aliases["length_scale"] == "field.length_scale"
 
 
 def test_digest_of_a_cell_follows_all_that_decides_its_results(folder: Path, own: dict[str, NamedCell]) -> None:
@@ -195,7 +197,8 @@ def test_cells_that_are_none_are_refused_in_one_line(folder: Path, name: str, wo
 
 def test_the_planner_of_the_page_draws_the_arch_it_says(own: dict[str, NamedCell]) -> None:
     scene = scene_named("robotica", 0)
-    task, plan = Task(scene, jnp.zeros(6)), own["my_cell"].cell.plan
+    cell = own["my_cell"].cell
+    task, plan = Task(scene, jnp.zeros(6), PotentialParams(), cell.arm), own["my_cell"].cell.plan
     flat, arch = (plan({"rise": jnp.asarray(rise, jnp.float32)}, task) for rise in (0.0, 0.2))
     np.testing.assert_allclose(flat.length, np.linalg.norm(np.subtract(scene.goal, scene.start)), rtol=1e-5)
     assert float(flat.bending_energy) < 1e-6 < float(arch.bending_energy)
@@ -250,11 +253,11 @@ def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell:
         towards = (camera - centre)[:2] / np.linalg.norm((camera - centre)[:2])
         for gap in (0.05, 0.1):
             x = np.array([*(centre[:2] + (size[0] + gap) * towards), min(0.12, 1.6 * centre[2])], np.float32)
-            reading, exact = read(jnp.asarray(x)), float(np.min(Task(scene, world.q_start).distances(jnp.asarray(x))))
+            reading, exact = read(jnp.asarray(x)), float(np.min(obstacle_distances(scene, jnp.asarray(x))))
             assert abs(float(reading.distance) - exact) < 0.03
             across = np.asarray(reading.gradient)[:2]
             assert across @ towards / np.linalg.norm(across) > 0.9 or gap > 0.05 or exact < gap - 1e-3
-        assert float(reading.person_distance) > 5.0
+        assert float(reading.person_distance.min()) > 5.0
 
 
 @pytest.fixture(scope="module")

@@ -58,11 +58,12 @@ def cell_and_world():
 
 @pytest.fixture(scope="module")
 def results(cell_and_world):
-    """(world) -> results of four settings: too near the columns, too slow, good, and one that is not a number."""
+    """(world) -> results of four settings: through the columns, too slow, good, and one that is not a number."""
     cell, _ = cell_and_world
     axes = {
-        "plan.potential.zeta": [1.5, 5.0, 5.0, 5.0],
-        "motion.speed": [0.4, 0.2, 0.4, 0.4],
+        "potential.zeta": [0.5, 5.0, 5.0, 5.0],
+        "potential.k_att": [0.2, 0.03, 0.2, 0.2],
+        "motion.speed": [0.4, 0.4, 0.4, 0.4],
         "policy.target.kp": [2.0, 2.0, 2.0, np.nan],
         "field.length_scale": [Params().field.length_scale]
         * 4,  # each setting fits its own fields; the noise is shared

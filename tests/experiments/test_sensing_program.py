@@ -176,7 +176,7 @@ def record(ticks: int = 100, **given: object) -> dict[str, np.ndarray]:
         "guarded": np.zeros(ticks, bool),
         "cameras": np.zeros(ticks, int),
         "excess": np.full(ticks, -0.1),
-        "plan_status": np.asarray(7),
+        "plan_status": np.asarray(15),
         "goal_distance": np.linspace(1, 0, ticks),
         "clearance": np.full(20, 0.05),
         "static_error": np.zeros(0),

@@ -23,9 +23,9 @@ def test_judgement_of_a_straight_path():
     judged = jax.jit(partial(judge, distances=s.distances))
     result = judged(params(3.0), w, radius=s.radius, lower=s.lower, upper=s.upper)
     np.testing.assert_allclose([result.length, result.bending_energy, result.clearance], [1, 0, 0.03], atol=1e-9)
-    assert float(result.violation) == 0.0 and int(result.status) == 7
+    assert float(result.violation) == 0.0 and int(result.status) == 15
     far = judged(params(4.5), w, radius=s.radius, lower=s.lower, upper=s.upper, reached=jnp.asarray(False))
     np.testing.assert_allclose(far.violation, 0.005, atol=1e-9)
-    assert int(far.status) == 4
+    assert int(far.status) == 12
     out = judged(params(3.0), w, radius=s.radius, lower=s.lower, upper=jnp.asarray([0.99, 1.0, 1.0]))
-    assert int(out.status) == 3
+    assert int(out.status) == 11

@@ -17,6 +17,7 @@ from hrcjax.field import GridLayout, fit_grid
 from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR, segment_segment_distance
 from hrcjax.metrics import METRICS
+from hrcjax.plan import PlanParams
 from hrcjax.plan.path_result import judge
 from hrcjax.reference import truth
 from hrcjax.reference.outcome import SerialOutcome
@@ -119,7 +120,12 @@ def measure(cell):
     def library(params: Params, world: World, record: Record):
         scene, waypoints = world.scene, jnp.asarray(WAYPOINTS)
         path = judge(
-            params.plan, waypoints, lambda x: obstacle_distances(scene, x), scene.radius, scene.lower, scene.upper
+            PlanParams(params.potential),
+            waypoints,
+            lambda x: obstacle_distances(scene, x),
+            scene.radius,
+            scene.lower,
+            scene.upper,
         )
         return outcome(params, cell, world, Episode(path, record, initial_state(cell, world.q_start)))
 

@@ -71,6 +71,7 @@ def test_every_stop_has_its_reason(case: dict, reasons: int) -> None:
     assert decision.hold == bool(reasons & (OLD_DATA | MISSING_DATA | INVALID_FRAME))
     if reasons:
         assert decision.speed_limit == 0 and decision.scale == 0
+        assert decision.any_limit == (0.0 if decision.hold else PARAMS.zone.red_speed)
     else:
         assert decision.zone == GREEN and decision.speed_limit == 1.0 and decision.scale == 1
 
@@ -83,14 +84,52 @@ def test_hold_stops_a_retreat_too_and_closeness_does_not() -> None:
 
 
 def test_no_silent_continuation() -> None:
-    """After a stop the robot waits, and says so, until the person has stayed away."""
-    state, _ = decide(d=(0.2, 3.0))
-    seen = []
-    for _ in range(12):
-        state, decision = decide(state=state)
-        seen.append((int(decision.zone), int(decision.reasons), float(decision.scale)))
-    assert seen[:9] == [(STOP, WAITING, 0.0)] * 9
-    assert seen[9:] == [(GREEN, 0, 1.0)] * 3
+    """After a stop the robot waits, and says so, until the person has stayed away: far points at the reduced speed of 0.25 m/s,
+    half of 0.5, a point within the hysteresis not at all."""
+    for d, scale in (((3.0, 3.0), 0.5), ((0.41, 3.0), 0.0)):
+        state, _ = decide(d=(0.2, 3.0))
+        seen = []
+        for _ in range(12):
+            state, decision = decide(d=d, state=state)
+            seen.append((int(decision.zone), int(decision.reasons), float(decision.scale)))
+        assert seen[:9] == [(STOP, WAITING, scale)] * 9
+        assert seen[9:] == ([(GREEN, 0, 1.0)] if scale else [(STOP, WAITING, 0.0)]) * 3
+
+
+def test_the_stop_for_a_head_ends_for_all_points_at_once() -> None:
+    """A point is far from the person, but the head comes near: none approaches until the head is 0.6 m away; a retreat passes."""
+    state, near = decide(d=(0.49, 3.0), head=0.49)
+    assert near.reasons == HEAD_NEAR
+    np.testing.assert_array_equal(near.point_limit, [0.0, 0.0])
+    state, still = decide(d=(0.59, 3.0), head=0.59, state=state)
+    assert still.reasons == WAITING
+    np.testing.assert_array_equal(still.point_limit, [0.0, 0.0])
+    assert decide(d=(0.59, 3.0), head=0.59, v_r=(-0.3, -0.1), state=state)[1].scale == 1
+    assert (decide(d=(0.61, 3.0), head=0.61, state=state)[1].point_limit > 0.0).all()
+
+
+any_limit = jax.jit(
+    lambda d, age, guarded: monitor(PARAMS, initial_zone(d.dtype), d, 0 * d, age, DT, guarded=guarded)[1].any_limit
+)
+
+
+@pytest.mark.parametrize(
+    ("d", "age", "guarded", "limit"),
+    [
+        (3.0, 0.0, False, PARAMS.zone.nominal_speed),
+        (0.8, 0.0, False, PARAMS.zone.nominal_speed),
+        (0.45, 0.0, False, PARAMS.zone.red_speed),
+        (0.2, 0.0, False, PARAMS.zone.red_speed),
+        (3.0, 0.0, True, PARAMS.zone.red_speed),
+        (3.0, 1.0, False, 0.0),
+        (np.nan, 0.0, False, 0.0),
+    ],
+)
+def test_speed_in_any_direction(d: float, age: float, guarded: bool, limit: float) -> None:
+    """Nominal in green and yellow, the reduced speed in red, in a stop and where somebody may hide, 0 where data are missing."""
+    for dtype in (jnp.float32, jnp.float64):
+        got = any_limit(jnp.array([d, 3.0], dtype), age, guarded)
+        assert got is not None and got.dtype == dtype and got == limit
 
 
 def test_yellow_at_best_where_somebody_may_hide() -> None:

@@ -163,7 +163,7 @@ def test_never_more_relaxed_than_the_distance(distances: list[float]) -> None:
 
 
 def test_speeds() -> None:
-    """Green and yellow v(d) up to nominal, red the least of three, stop 0."""
+    """Green and yellow v(d) up to nominal, red the least of three; in a stop far points at the slowest of these, near ones not."""
     assert zone_speed(PARAMS, jnp.asarray(GREEN), 3.0) == 1.0
     np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8), allowed_speed(PARAMS.ssm, 0.8), rtol=1e-12)
     assert 0.25 < zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8) < 1.0
@@ -171,8 +171,30 @@ def test_speeds() -> None:
     assert zone_speed(PARAMS, jnp.asarray(RED), 0.8, 0.2) == 0.2
     assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, 0.2) > 0.25
     np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(RED), 0.4), allowed_speed(PARAMS.ssm, 0.4), rtol=1e-12)
-    assert zone_speed(PARAMS, jnp.asarray(STOP), 3.0, 0.2) == 0
+    for d, pfl, expected in ((3.0, 0.2, 0.2), (3.0, None, 0.25), (0.41, None, 0.0), (0.37, None, 0.0)):
+        assert zone_speed(PARAMS, jnp.asarray(STOP), d, pfl) == expected
+    for d, expected in ((0.31, -0.075), (0.26, -0.15), (0.0, -0.15), (-0.2, -0.15)):  # S_p(0) is 0.36 m
+        np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(STOP), d), expected, atol=1e-12)
     assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, None, 0.0) > zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8)
+
+
+stop_speeds = jax.jit(jax.vmap(lambda d, v_h: zone_speed(PARAMS, jnp.asarray(STOP), d, 0.2, v_h)))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.floats(-0.5, 4.0), min_size=20, max_size=20), st.lists(st.floats(0, 2.5), min_size=20, max_size=20))
+def test_a_stop_never_allows_more_than_separation(distances: list[float], people: list[float]) -> None:
+    """S_p written out at the speed allowed in a stop is within the distance, whatever the person's speed; nearer than S_p(0) the
+    arm is asked to move away, never faster than the retreat speed; the limit falls with the distance."""
+    d, v_h, ssm = np.array(distances), np.array(people), PARAMS.ssm
+    v = np.asarray(stop_speeds(jnp.asarray(d), jnp.asarray(v_h)))
+    stop = v / ssm.brake
+    needed = v_h * (ssm.reaction_time + stop) + v * ssm.reaction_time + v * stop / 2 + ssm.intrusion + ssm.Z_d + ssm.Z_r
+    moving = v > 0
+    assert (needed[moving] <= d[moving] - PARAMS.zone.hysteresis + 1e-12).all()
+    assert (v <= 0.2).all() and (v >= -PARAMS.zone.retreat_speed).all()
+    order = np.asarray(stop_speeds(jnp.asarray(np.sort(d)), jnp.full(20, 1.6)))
+    assert (np.diff(order) >= -1e-12).all()
 
 
 def test_speed_options_in_red() -> None:

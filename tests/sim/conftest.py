@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import pytest
 from coarse_sensing import COARSE, coarse_world
 
-from hrcjax.plan import PlanSizes
+from hrcjax.plan import PathParams, PlanSizes
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sim import Cell, World, potential_planner
 from hrcjax.world import motion_named, scene_named
@@ -34,4 +34,4 @@ def world(cell: Cell) -> World:
 def float_params() -> object:
     from hrcjax.sim import Params
 
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params(plan=PathParams()))

@@ -10,6 +10,7 @@ import pytest
 
 from hrcjax.field import GridLayout, fit_grid
 from hrcjax.geom.cloud import Cloud
+from hrcjax.plan import PathParams, PlanParams
 from hrcjax.plan.path_result import judge
 from hrcjax.robot import load_arm, tool_frame, with_tool
 from hrcjax.sim import Cell, Episode, Frames, Params, Record, World, outcome
@@ -62,13 +63,13 @@ def measure(cell, record):
     no, none = jnp.zeros(1, bool), jnp.zeros(1)
     field = fit_grid(GridLayout((0.0, 0.0, 0.0), (4, 4, 4), 1.0), jnp.full((4, 4, 4), 10.0))
     frames = Frames(field, Cloud(jnp.zeros((1, 1, 3)), no[None]), none, none, jnp.zeros(1, int), no, jnp.zeros((1, 1), int), no, no[0])  # fmt: skip
-    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), Params())
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), Params(plan=PathParams()))
 
     @jax.jit
     def run(world: World, record: Record):
         way = world.known.start + jnp.linspace(0, 1, 12)[:, None] * (world.known.goal - world.known.start)
         known = world.known
-        path = judge(params.plan, way, lambda x: obstacle_distances(known, x), known.radius, known.lower, known.upper)
+        path = judge(PlanParams(params.potential, params.plan), way, lambda x: obstacle_distances(known, x), known.radius, known.lower, known.upper)
         return outcome(params, cell, world, Episode(path, record, initial_state(cell, world.q_start)))
 
     def measured(person: Person, scene=None, known=None, **changes):

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from hrcjax.plan import PathParams
 from hrcjax.sense import one_fault
 from hrcjax.sense.faults import DROPPED
 from hrcjax.sense.rig import cell_rig
@@ -41,7 +42,9 @@ def known(cell, scene, appears):
 @pytest.fixture(scope="module")
 def run(cell):
     sense = SenseParams()
-    return eqx.filter_jit(lambda known: episode_own(Params(), cell, known, jax.random.key(1), sense).record)
+    return eqx.filter_jit(
+        lambda known: episode_own(Params(plan=PathParams()), cell, known, jax.random.key(1), sense).record
+    )
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import pytest
 from straight import straight_route
 
 from hrcjax.numerics import unrolled_options
+from hrcjax.plan import PathParams
 from hrcjax.robot import control_points
 from hrcjax.safety import SsmParams, stopping_distance
 from hrcjax.sim import Fields, Params, fit_fields
@@ -16,7 +17,7 @@ from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_stat
 
 @pytest.fixture(scope="module")
 def program(cell, world):
-    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params(plan=PathParams()))
     frames = world.frames
     route = straight_route(cell, world)
     fields = jax.jit(fit_fields)(params.field, frames)

@@ -8,6 +8,7 @@ import pytest
 
 from hrcjax.lab.parameters import leaf_names, set_leaves
 from hrcjax.numerics import unrolled_options
+from hrcjax.plan import PathParams
 from hrcjax.sim import Cell, Params
 from hrcjax.tune import episode_loss
 
@@ -46,7 +47,9 @@ def differences(params, names, program, world, relative):
 @pytest.mark.slow
 def test_gradient_of_every_parameter_equals_finite_differences(world, programs):
     grad_program, value_program = programs
-    params = eqx.tree_at(lambda p: p.motion.speed, Params(), 0.5)  # so that within the episode the columns are felt
+    params = eqx.tree_at(
+        lambda p: p.motion.speed, Params(plan=PathParams()), 0.5
+    )  # so that within the episode the columns are felt
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), params)
     names = {name: float(value) for name, value in leaf_names(params).items()}
     gradient = np.array(list(leaf_names(grad_program(params, world)).values()))
