@@ -92,7 +92,7 @@ def _check_results(named: NamedCell) -> None:
     _shape("planner: waypoints", path.waypoints, lambda shape: len(shape) == 2 and shape[1] == 3, "(waypoint, 3)")
     body = ArmMotion(q, q, motion(3), motion(points))
     goal = Goal(zeros(3, 3), zeros(3, 3), zeros(3, 3), q, zeros(3), params.potential)
-    room = Clearance(zeros(points), zeros(points, 3), zeros(points), zeros(points, 3))
+    room = Clearance(zeros(points), zeros(points, 3), zeros(points), zeros(points, 3), zeros(points), zeros(points, 3))
     qdd = jax.eval_shape(cell.policy, params.policy, body, goal, room, JointLimits(q, q, q, q))
     _shape("policy", qdd, lambda shape: shape == (joints,), f"({joints},), an acceleration of each joint")
     memory = jax.eval_shape(lambda: cell.safety.start(jnp.dtype("float32")))

@@ -12,7 +12,7 @@ from hrcjax.field import FieldParams
 from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.reference.arm import SerialArm
 from hrcjax.reference.clock import Clock
-from hrcjax.reference.fields import Field, Scene, Spread, fit, read, scene_of
+from hrcjax.reference.fields import Field, Scene, Spread, fit, read, scene_of, unit_where_long
 from hrcjax.reference.guide import Room, govern, guide, towards
 from hrcjax.reference.limits import limit_acceleration
 from hrcjax.reference.motion import Limits, Motion
@@ -134,7 +134,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         body, tool = Motion(*(part[:count] for part in points)), Motion(*(part[count:] for part in points))
 
         frame, age = newest(seen, time - cell.latency)
-        d_all, g_all, d_people, g_people, *_ = read(
+        d_all, g_all, d_people, g_people, d_stands, g_stands = read(
             seen.scene, seen.moving[frame], seen.beyond[frame], seen.spread, body.x
         )
         clearance = d_all - radii
@@ -151,7 +151,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
 
         travelled = clock.s
-        room = Room(clearance, g_all, separation[:, 0], g_people[:, 0])
+        room = Room(clearance, g_all, separation[:, 0], g_people[:, 0], d_stands - radii, unit_where_long(g_stands))
         asked, clock, reference = guide(
             params, cell, route, clock, q, qd, tool, body, room, people, decision, limits
         )  # fmt: skip
@@ -162,8 +162,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         if cell.motion == "path":
             ahead = speed_scale(people.speeds(ahead), people.share * decision.point_limit) * ahead
         else:
-            standing = towards(robot, clearance[:, None], g_all[:, None], body.J)
-            ahead = govern(params.motion, ahead, people, decision.point_limit, standing)
+            ahead = govern(motion, robot, ahead, people, decision.point_limit, room)
         qdd = limit_acceleration(brake if decision.hold else (ahead - qd) / dt, q, qd, limits, dt)
         tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
         rows.append(

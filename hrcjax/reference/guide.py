@@ -7,15 +7,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.policy import JointLimits
+from hrcjax.plan import PotentialParams
+from hrcjax.policy import JointLimits, Repel
 from hrcjax.reference.clock import Clock, advance
 from hrcjax.reference.motion import Limits, Motion
 from hrcjax.reference.policy import policy_acceleration
 from hrcjax.reference.route import SerialRoute, law_speed
-from hrcjax.reference.safety import Decision, between_factor, least_change, path_speed, speed_scale, surface_limit
+from hrcjax.reference.safety import Decision, between_factor, governed, path_speed, surface_limit
 from hrcjax.robot import Arm
 from hrcjax.safety import half_gaps
 from hrcjax.sim import Cell, MotionParams, Params
+from hrcjax.sim.default_parts import PERSON_FADE
 from hrcjax.sim.govern import LOST
 
 
@@ -26,22 +28,34 @@ class Room(NamedTuple):
     gradient: NDArray
     person_distance: NDArray
     person_gradient: NDArray
+    standing_distance: NDArray
+    standing_gradient: NDArray
 
 
 @dataclass(frozen=True)
 class Approach:
-    """Rows of the approach: the nearest surface of all points first."""
+    """Rows of the approach: the surfaces of a point follow one another."""
 
     distance: NDArray
     share: NDArray
     A: NDArray
-    J: NDArray
     lost: NDArray
+    g: NDArray
+    J: NDArray
 
     def speeds(self, qd: NDArray) -> NDArray:
         """Approach speed of every row [m/s]."""
-        along = self.A @ qd
-        return np.where(self.lost, np.linalg.norm(self.J @ qd, axis=-1), along) if self.lost.any() else along
+        whole = np.repeat(np.linalg.norm(self.J @ qd, axis=-1), self.g.shape[1])
+        return np.where(self.lost, whole, self.A @ qd)
+
+    def limits(self, limit: NDArray) -> NDArray:
+        """The limits that control points get; infinite for what is far and has no direction, (point surface) [m/s]."""
+        counts = self.lost | _directed(self.g).ravel()
+        return np.where(counts, limit * self.share, np.inf).reshape(self.g.shape[:2])
+
+
+def _directed(g: NDArray) -> NDArray:
+    return (g * g).sum(axis=-1) >= 0.25
 
 
 def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
@@ -52,23 +66,37 @@ def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
         g: (point surface 3) [1].
         J: (point 3 joint) [m].
     """
-    A = -np.einsum("psk,pkj->spj", g, J)
-    lost = ((g * g).sum(axis=-1) < 0.25) & (distance < LOST)
-    surfaces = distance.shape[1]
+    directed = _directed(g)
+    size = np.where(directed, np.sqrt((g * g).sum(axis=-1)), 1.0)[..., None]
+    A = -np.einsum("psk,pkj->psj", np.where(directed[..., None], g / size, 0.0), J)
     gaps = half_gaps(arm.control_links, arm.control_offsets)
     share = between_factor(distance + arm.control_radii[:, None], gaps[:, None])
-    return Approach(
-        distance.T.ravel(), share.T.ravel(), A.reshape(-1, A.shape[-1]), np.tile(J, (surfaces, 1, 1)), lost.T.ravel()
-    )
+    lost = ~directed & (distance < LOST)
+    return Approach(distance.ravel(), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J)
 
 
-def govern(params: MotionParams, qd: NDArray, people: Approach, limit: NDArray, standing: Approach) -> NDArray:
+def govern(params: MotionParams, arm: Arm, qd: NDArray, people: Approach, limit: NDArray, room: Room) -> NDArray:
     """The joint speeds nearest to those asked for with which every row keeps its limit [rad/s]."""
-    limit = limit * people.share
-    qd = speed_scale(np.where(people.lost, people.speeds(qd), 0.0), limit) * qd
+    standing = towards(arm, room.standing_distance[:, None], room.standing_gradient[:, None], people.J)
     stop = surface_limit(standing.distance, params.surface_brake, params.surface_margin)
-    A = np.concatenate([np.where(people.lost[:, None], 0.0, people.A), standing.A])
-    return least_change(qd, A, np.concatenate([limit, stop * standing.share]))
+    g = np.concatenate([people.g, standing.g], axis=1)
+    return governed(qd, people.J, g, np.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
+
+
+def repelling(potential: PotentialParams, tool: NDArray, end: NDArray, room: Room) -> tuple[Repel, Repel]:
+    """What repels the control points, as `hrcjax.sim.default_parts.repelling`."""
+    every = np.ones_like(room.standing_distance)
+    fade = float(np.linalg.norm(tool - end)) ** potential.exponent
+    return (
+        Repel(
+            potential.k_rep, potential.zeta * potential.sensed_radius * every, fade * every, room.standing_distance,
+            room.standing_gradient,
+        ),
+        Repel(
+            potential.k_rep, potential.zeta * potential.person_radius * every, PERSON_FADE**potential.exponent * every,
+            room.person_distance, room.person_gradient,
+        ),
+    )  # fmt: skip
 
 
 def guide(
@@ -121,5 +149,6 @@ def _policy(
     limits: JointLimits | Limits, posture: NDArray, end: NDArray,
 ) -> NDArray:  # fmt: skip
     return policy_acceleration(
-        params.policy, q, qd, tool, x, xd, xdd, body, room.distance, room.gradient, limits, posture
+        params.policy, q, qd, tool, x, xd, xdd, body, room.distance, room.gradient, limits, posture,
+        repel=repelling(params.potential, tool.x[0], end, room),
     )

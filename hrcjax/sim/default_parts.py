@@ -207,12 +207,12 @@ def rmp_policy(
 
 
 def repelling(arm: ArmMotion, goal: Goal, clearance: Clearance) -> tuple[Repel, Repel]:
-    """What repels the control points: all that is sensed, and people."""
-    potential, d = goal.potential, clearance.distance
+    """What repels the control points: what stands, and people."""
+    potential, d = goal.potential, clearance.standing_distance
     every, fade = jnp.ones_like(d), d_factor(potential, arm.tool.x[0], goal.end)
     by_people = jnp.asarray(PERSON_FADE, d.dtype) ** potential.exponent
     return (
-        Repel(potential.k_rep, potential.zeta * potential.sensed_radius * every, fade * every, d, clearance.gradient),
+        Repel(potential.k_rep, potential.zeta * potential.sensed_radius * every, fade * every, d, clearance.standing_gradient),
         Repel(
             potential.k_rep, potential.zeta * potential.person_radius * every, by_people * every, clearance.person_distance,
             clearance.person_gradient,

@@ -3,10 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import Arm
-from hrcjax.safety import between_factor, half_gaps, least_change, speed_scale, surface_limit
+from hrcjax.safety import approach_rows, between_factor, governed, half_gaps, has_direction, speed_scale, surface_limit
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Clearance
@@ -20,48 +19,49 @@ class Rows(eqx.Module):
     """Approach speeds as linear functions of the joint speeds: one row for each control point and near surface."""
 
     distance: Float[Array, "row"]
-    """Distance to the surface [m]."""
+    """Distance to the surface; the surfaces of a point follow one another [m]."""
     share: Float[Array, "row"]
     """Share of a limit that the control point gets, so that the link between it and its neighbours keeps the whole [1]."""
     A: Float[Array, "row joint"]
-    """Approach speed of the point per joint speed: -g . J [m]."""
-    J: Float[Array, "row 3 joint"]
-    """Jacobian of the point [m]."""
+    """Approach speed of the point per joint speed: -g . J; 0 without direction [m]."""
     lost: Bool[Array, "row"]
-    """Where the direction is not known: the whole speed of the point counts."""
+    """Where a near surface has no direction: the whole speed of the point counts."""
+    g: Float[Array, "point surface 3"]
+    """Gradients of the distances [1]."""
+    J: Float[Array, "point 3 joint"]
+    """Jacobians of the points [m]."""
 
     @staticmethod
     def towards(
-        arm: Arm, distance: Float[Array, "point surface"], g: Float[Array, "point surface 3"], body: PointMotion
-    ) -> "Rows":
-        """The rows of control points towards surfaces; the nearest surface of all points first.
+        arm: Arm, distance: Float[Array, "point surface"], g: Float[Array, "point surface 3"],
+        J: Float[Array, "point 3 joint"],
+    ) -> "Rows":  # fmt: skip
+        """The rows of control points towards surfaces.
 
         Args:
             distance: of the points' surfaces [m].
             g: gradients of these distances [1].
-            body: motion of the points.
+            J: Jacobians of the points [m].
         """
         dtype = distance.dtype
         radii, gaps = arm.control_radii, half_gaps(arm.control_links, arm.control_offsets)
         share = between_factor(distance + jnp.asarray(radii, dtype)[:, None], jnp.asarray(gaps, dtype)[:, None])
-        A = -jnp.sum(g[..., None] * body.J[:, None], axis=-2)
-        lost = (jnp.sum(g * g, axis=-1) < 0.25) & (distance < LOST)
-        J = jnp.broadcast_to(body.J[:, None], (*distance.shape, *body.J.shape[1:]))
-
-        def rows(x: Array) -> Array:
-            return jnp.swapaxes(x, 0, 1).reshape(-1, *x.shape[2:])
-
-        return Rows(rows(distance), rows(share), rows(A), rows(J), rows(lost))
+        lost = ~has_direction(g) & (distance < LOST)
+        return Rows(distance.reshape(-1), share.reshape(-1), approach_rows(J, g), lost.reshape(-1), g, J)
 
     def speeds(self, qd: Joints) -> Float[Array, "row"]:
         """Approach speed of every row; negative for a retreat [m/s]."""
-        whole = safe_norm(jnp.sum(self.J * qd, axis=-1))
+        whole = jnp.repeat(safe_norm(jnp.sum(self.J * qd, axis=-1)), self.g.shape[1])
         return jnp.where(self.lost, whole, jnp.sum(self.A * qd, axis=-1))
 
+    def limits(self, limit: Float[Array, "row"]) -> Float[Array, "point surface"]:
+        """The limits that control points get, so that the links between them keep the given ones; none for what is far and has no
+        direction [m/s]."""
+        counts = self.lost | has_direction(self.g).reshape(-1)
+        return jnp.where(counts, limit * self.share, jnp.inf).reshape(self.g.shape[:2])
 
-def govern(
-    params: Params, cell: Cell, qd: Joints, people: Rows, limit: Float[Array, "row"], room: Clearance, body: PointMotion
-) -> Joints:
+
+def govern(params: Params, cell: Cell, qd: Joints, people: Rows, limit: Float[Array, "row"], room: Clearance) -> Joints:
     """The joint speeds nearest to those asked for with which every row keeps its limit [rad/s].
 
     Where the geometry of the path is fixed (`Cell.motion` "path") all joints are scaled alike instead. Otherwise what stands
@@ -71,12 +71,9 @@ def govern(
         qd: joint speeds asked for [rad/s].
         limit: largest approach speed of every row [m/s].
     """
-    limit = limit * people.share
     if cell.motion == "path":
-        return speed_scale(people.speeds(qd), limit) * qd
-    whole = jnp.where(people.lost, people.speeds(qd), 0.0)
-    qd = speed_scale(whole, limit) * qd
-    standing = Rows.towards(cell.arm, room.distance[:, None], room.gradient[:, None], body)
+        return speed_scale(people.speeds(qd), limit * people.share) * qd
+    standing = Rows.towards(cell.arm, room.standing_distance[:, None], room.standing_gradient[:, None], people.J)
     stop = surface_limit(standing.distance, params.motion.surface_brake, params.motion.surface_margin)
-    A = jnp.concatenate([jnp.where(people.lost[:, None], 0.0, people.A), standing.A])
-    return least_change(qd, A, jnp.concatenate([limit, stop * standing.share]))
+    g = jnp.concatenate([people.g, standing.g], axis=1)
+    return governed(qd, people.J, g, jnp.concatenate([people.limits(limit), standing.limits(stop)], axis=1))

@@ -168,6 +168,11 @@ class Clearance(eqx.Module):
     """Distance to the nearest person, less the sphere's radius and `COVER_MARGIN` [m]."""
     person_gradient: Float[Array, "point 3"]
     """Gradient of that distance: away from the person [1]."""
+    standing_distance: Float[Array, "point"]
+    """Distance of each sphere's surface to what stands, without people; to everything, where the field does not tell them
+    apart [m]."""
+    standing_gradient: Float[Array, "point 3"]
+    """Its gradient, of length 1 where it has a direction [1]."""
 
 
 PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]

@@ -137,7 +137,7 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     brake = full_brake(qd, limits, dt)
     safe, bad = guard(guidance.asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
-    ahead = govern(params, cell, qd + limited * dt, towards_people, decision.point_limit, room, body)
+    ahead = govern(params, cell, qd + limited * dt, towards_people, decision.point_limit, room)
     governed = jnp.where(hold, brake, (ahead - qd) / dt)
     limited, _ = limit_acceleration(governed, q, qd, limits, dt)
     qdd, unbounded = guard(limited, brake)
@@ -184,8 +184,13 @@ def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> 
     away = seen.person_gradient.reshape(*distance.shape, 3)
     away = unit_where_long(away) if cell.field.unit_gradients else away
     distance = distance - (radii + COVER_MARGIN)[:, None]  # the margin makes it a bound for the arm's surface
-    room = Clearance(seen.distance - radii, seen.gradient, distance[:, 0], away[:, 0])
-    return room, Rows.towards(cell.arm, distance, away, body)
+    stands, off = seen.distance, seen.gradient
+    if seen.standing_distance is not None and seen.standing_gradient is not None:
+        stands, off = seen.standing_distance, seen.standing_gradient
+    room = Clearance(
+        seen.distance - radii, seen.gradient, distance[:, 0], away[:, 0], stands - radii, unit_where_long(off)
+    )
+    return room, Rows.towards(cell.arm, distance, away, body.J)
 
 
 def full_brake(qd: Joints, limits: JointLimits, dt: Scalar) -> Joints:
