@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.numerics import require_floating
-from hrcjax.plan.arm_optimise import path_cost, polished, ramped
+from hrcjax.plan.arm_optimise import Inner, path_cost, polished, ramped
 from hrcjax.plan.arm_params import ArmPathParams, ArmPlanSizes
 from hrcjax.plan.arm_path import ArmPath, judge_arm
 from hrcjax.plan.arm_task import ArmTask, arm_task
