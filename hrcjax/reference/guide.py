@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcjax.plan import PotentialParams
-from hrcjax.policy import JointLimits, Repel
+from hrcjax.policy import JointLimits
 from hrcjax.reference.clock import Clock, advance
 from hrcjax.reference.motion import Limits, Motion
-from hrcjax.reference.policy import policy_acceleration
+from hrcjax.reference.policy import Push, policy_acceleration
 from hrcjax.reference.route import SerialRoute, law_speed
 from hrcjax.reference.safety import Decision, between_factor, governed, path_speed, surface_limit
 from hrcjax.robot import Arm
@@ -83,16 +83,16 @@ def govern(params: MotionParams, arm: Arm, qd: NDArray, people: Approach, limit:
     return governed(qd, people.J, g, np.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
 
 
-def repelling(potential: PotentialParams, tool: NDArray, end: NDArray, room: Room) -> tuple[Repel, Repel]:
+def repelling(potential: PotentialParams, tool: NDArray, end: NDArray, room: Room) -> tuple[Push, Push]:
     """What repels the control points, as `hrcjax.sim.default_parts.repelling`."""
     every = np.ones_like(room.standing_distance)
     fade = float(np.linalg.norm(tool - end)) ** potential.exponent
     return (
-        Repel(
+        Push(
             potential.k_rep, potential.zeta * potential.sensed_radius * every, fade * every, room.standing_distance,
             room.standing_gradient,
         ),
-        Repel(
+        Push(
             potential.k_rep, potential.zeta * potential.person_radius * every, PERSON_FADE**potential.exponent * every,
             room.person_distance, room.person_gradient,
         ),

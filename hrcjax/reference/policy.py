@@ -4,6 +4,7 @@ Leaves take one point or joint, or many along leading axes.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -133,6 +134,16 @@ def resolve(params: ResolveParams, M: Numbers, f: Numbers) -> Numbers:
     return x if info == 0 else np.full_like(f, np.nan)
 
 
+class Push(NamedTuple):
+    """Surfaces that repel, as `hrcjax.policy.Repel`, of NumPy arrays."""
+
+    k_rep: float
+    reach: Numbers
+    fade: Numbers
+    d: Numbers
+    g: Numbers
+
+
 def policy_acceleration(
     params: PolicyParams,
     q: ArrayLike,
@@ -147,7 +158,7 @@ def policy_acceleration(
     limits: JointLimits | Limits,
     posture_goal: ArrayLike,
     *,
-    repel: Sequence[Repel] | None = None,
+    repel: Sequence[Repel | Push] | None = None,
 ) -> Numbers:
     """As `hrcjax.policy.policy_acceleration`, for NumPy arrays [rad/s^2]."""
     q, qd, d, g = np.asarray(q), np.asarray(qd), np.asarray(d), np.asarray(g)
