@@ -101,7 +101,7 @@ def _active(
 ) -> tuple[Int[Array, "slot"], Bool[Array, "slot"]]:
     """The rows that hold qd at its nearest point, for rows N of length 1."""
     joints, dtype = qd.shape[0], qd.dtype
-    slots = joints  # more rows would depend on each other
+    slots = joints + 1  # more than can be independent, so that one may take the place of another
     softness = _softness(dtype)
     tolerance = 4 * softness
     table = jnp.concatenate([N, c[:, None]], axis=1)
