@@ -18,8 +18,6 @@ from hrcjax.typing import Array, Bool, Float, Int
 APPROACH_TOLERANCE = 0.002
 """An approach may be over its limit by so much [m/s]: S_p of ISO/TS 15066 grows by 0.002 (T_r + (v_h + v_r) / a), 2.2 mm at
 v_h = 2 m/s, v_r = 1 m/s, T_r = 0.1 s and a = 3 m/s^2."""
-slots = 6
-"""Rows that are looked at together: one more than an arm of six joints can need [1]."""
 UNLIMITED = 1e3
 """A limit from which on a row is none [m/s]."""
 
@@ -101,7 +99,7 @@ def _active(
 ) -> tuple[Int[Array, "slot"], Bool[Array, "slot"]]:
     """The rows that hold qd at its nearest point, for rows N of length 1."""
     joints, dtype = qd.shape[0], qd.dtype
-    slots = joints  # more rows would depend on each other
+    slots = joints + 1  # more than can be independent, so that one may take the place of another
     softness = _softness(dtype)
     tolerance = 4 * softness
     table = jnp.concatenate([N, c[:, None]], axis=1)

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hrcjax import safety
 from hrcjax.field import FAR, FieldParams, GridLayout, fit, fit_grid
 from hrcjax.field.near import MEMBERS, grouped, groups_of, nearest_other_ways
 from hrcjax.geom.cloud import Cloud
-from hrcjax.safety import governed
 from hrcjax.sim import Fields, Frames, fit_fields, read_fields
 
 few = settings(max_examples=25, deadline=None)
@@ -142,6 +142,7 @@ def test_two_people_on_both_sides_limit_both_ways(between_walls) -> None:
     assert 0.22 < seen.person_distance[0] < 0.30 - 0.035 + 1e-9
     np.testing.assert_allclose(seen.person_distance[1], 0.36 - 0.035, atol=1e-4)
     assert seen.person_distance[2] > seen.person_distance[1]
+    governed = jax.jit(safety.governed)
     J, g = jnp.eye(3)[None], seen.person_gradient[None]
     limit = jnp.where(seen.person_distance < 0.34, 0.05, 0.5)[None]
     towards_second = jnp.asarray([-1.0, 0.0, 0.0])

@@ -47,11 +47,12 @@ def test_the_exact_solution_is_that_of_a_general_solver() -> None:
         np.testing.assert_allclose(exact(qd, A, limit), found.x, atol=2e-6)
 
 
-@few
-@given(seeds)
-def test_it_is_the_exact_solution(seed: int) -> None:
-    arguments = problem(seed)
-    np.testing.assert_allclose(change(*map(jnp.asarray, arguments)), exact(*arguments), atol=1e-7)
+def test_it_is_the_exact_solution() -> None:
+    """Over 400 problems. Rows that hardly differ from dependent ones leave some digits less."""
+    batch = [np.stack(column) for column in zip(*map(problem, range(400)), strict=True)]
+    got = jax.jit(jax.vmap(least_change))(*map(jnp.asarray, batch))
+    error = np.abs(np.asarray(got) - [exact(*one) for one in zip(*batch, strict=True)]).max(axis=1)
+    assert np.quantile(error, 0.9) < 1e-12 and np.quantile(error, 0.99) < 1e-8 and error.max() < 1e-6
 
 
 @few
@@ -92,14 +93,13 @@ def test_a_retreat_passes_though_another_point_approaches_a_little(dtype) -> Non
     np.testing.assert_allclose(got, qd, atol=1e-4)
 
 
-@few
-@given(seeds)
-def test_in_a_stop_the_nearest_point_keeps_what_it_can_of_its_retreat(seed: int) -> None:
+def test_in_a_stop_all_that_can_retreat_does() -> None:
     """The change of a cone's projection is orthogonal to what remains: nothing that could retreat is taken away."""
-    qd, A, _ = problem(seed)
-    got = np.asarray(change(jnp.asarray(qd), jnp.asarray(A), jnp.zeros(ROWS)))
-    assert abs(got @ (qd - got)) < 1e-7
-    assert (A @ got).max() < 1e-7
+    qd, A, limit = (np.stack(column) for column in zip(*map(problem, range(400)), strict=True))
+    got = np.asarray(jax.jit(jax.vmap(least_change))(*map(jnp.asarray, (qd, A, 0 * limit))))
+    assert np.einsum("brj,bj->br", A, got).max() < 1e-6
+    assert np.quantile(np.abs(np.sum(got * (qd - got), axis=1)), 0.99) < 1e-7
+    assert (np.linalg.norm(got, axis=1) > 1e-3).mean() > 0.3, "many must be able to"
 
 
 def test_the_tolerance_in_terms_of_separation() -> None:
@@ -194,6 +194,7 @@ def test_a_second_person_behind_the_arm_is_met_by_its_own_limit() -> None:
     J = jnp.broadcast_to(jnp.eye(3), (1, 3, 3))
     g = jnp.asarray([[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]])
     limit, towards_second = jnp.asarray([[0.0, 0.05]]), jnp.asarray([1.0, 0.0, 0.0])
-    np.testing.assert_array_equal(governed(towards_second, J, g[:, :1], limit[:, :1]), towards_second)
-    np.testing.assert_allclose(governed(towards_second, J, g, limit), [0.05, 0.0, 0.0], rtol=1e-6)
+    run = jax.jit(governed)
+    np.testing.assert_array_equal(run(towards_second, J, g[:, :1], limit[:, :1]), towards_second)
+    np.testing.assert_allclose(run(towards_second, J, g, limit), [0.05, 0.0, 0.0], rtol=1e-6)
     assert approach_rows(J, g).shape == (2, 3)
