@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -36,7 +35,11 @@ def settings(count: int, seed: int = 0) -> NDArray:
 
 def as_double(tree: Any) -> Any:
     """Every number in double precision; within `jax.enable_x64`."""
-    return jax.tree.map(lambda a: jnp.asarray(a, jnp.float64) if eqx.is_inexact_array_like(a) else jnp.asarray(a), tree)
+
+    def one(a: Any) -> Any:
+        return jnp.asarray(a, jnp.float64) if jnp.issubdtype(jnp.result_type(a), jnp.floating) else jnp.asarray(a)
+
+    return jax.tree.map(one, tree)
 
 
 class Differentiator:
@@ -53,7 +56,7 @@ class Differentiator:
         return build_world(self.named.cell, *WORLD)
 
     def _params(self, logs: Any) -> Params:
-        return set_leaves(as_double(self.named.params), dict(zip(self.names, jnp.exp(logs), strict=True)))
+        return as_double(set_leaves(self.named.params, dict(zip(self.names, jnp.exp(logs), strict=True))))
 
     def _loss(self, logs: Any, world: World) -> Any:
         return episode_loss(self._params(logs), self.named.cell, world)
@@ -123,7 +126,7 @@ def difference(one: tuple[NDArray, ...], other: tuple[NDArray, ...]) -> str:
     return "+".join(name for name, differs in apart.items() if differs) or "unknown"
 
 
-FLOOR = 1e-7
+FLOOR = 1e-9
 """Derivatives by a factor e below this share of the loss count as 0 [1]."""
 WITHIN = 0.01
 """Relative error that counts as equal [1]."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from .config import AvoidanceConfig
+from .config import SECTIONS, AvoidanceConfig
 from .rows import Rows, bar, definition, holds
 
 INTRODUCTION = """# How the arm avoids, against the exact geometry
@@ -36,6 +36,11 @@ def command(config: AvoidanceConfig) -> str:
         words.append(f"--config {config.config}")
     if config.quick:
         words.append("--quick")
+    if config.sections != SECTIONS:
+        words.append(f"--sections {' '.join(config.sections)}")
+    for option in ("obstacles", "seeds", "gradients"):
+        if not config.quick and getattr(config, option) != getattr(AvoidanceConfig, option):
+            words.append(f"--{option} {getattr(config, option)}")
     return " ".join([*words, "--json avoidance.json --page docs/avoidance.md"])
 
 
