@@ -41,7 +41,7 @@ class Sweepable:
     bytes_per_setting: int = 1_000_000
     """Memory per setting of a chunk while it runs [bytes]."""
     aliases: Mapping[str, str] = field(default_factory=dict)
-    """Short names of parameters: {"k_att": "plan.potential.k_att"}."""
+    """Short names of parameters: {"k_att": "potential.k_att"}."""
     domains: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Smallest and largest accepted value of a parameter by dotted name, both inclusive."""
     rank: str = "score"

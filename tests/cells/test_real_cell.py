@@ -58,7 +58,7 @@ def cell_and_world():
 
 @pytest.fixture(scope="module")
 def results(cell_and_world):
-    """(world) -> results of four settings: through the columns, too slow, good, and one that is not a number."""
+    """(world) -> results of four settings: near the columns, too slow, good, and one that is not a number."""
     cell, _ = cell_and_world
     axes = {
         "potential.zeta": [0.5, 5.0, 5.0, 5.0],
@@ -83,23 +83,34 @@ def results(cell_and_world):
 
 @pytest.mark.slow
 def test_status_says_what_happened(cell_and_world, results) -> None:
-    """Near the columns a link touches one; slowly the goal is not reached in time; wide and fast all goes well."""
+    """Past the columns, which the arm avoids, though the plan may touch them; too slow to reach the goal in time; wide and fast."""
     _, world = cell_and_world
     out = results(world)
     assert [STATUSES.get(int(code)) for code in out["status"]] == [
-        "the arm touched an obstacle", "goal not reached in time", "ok", None,
+        "ok", "goal not reached in time", "ok", None,
     ]  # fmt: skip
     assert out["status"][3] == NOT_FINITE and np.isfinite(out["tool"]).all()
-    assert out["clearance"][0] < 0 < out["clearance"][1:].min()
+    assert out["clearance"].min() > 0
     assert out["success"].tolist() == [1, 0, 1, 0]
     assert (np.diff(out["plan_length"][:2]) > 0.05).all()  # a wider berth is a longer way
     np.testing.assert_allclose(out["tool"][2, -1], np.asarray(world.scene.goal), atol=0.02)
     assert (out["zone"] == 0).all()  # nobody there: green
     assert np.isnan(out["separation"]).all()
-    assert (out["plan_status"][1:3] == 7).all()
+    assert out["plan_status"].tolist()[:3] == [15, 13, 13], (
+        "five radii are not to be had for a whole arm, and the plan says so"
+    )
     seldom = out["clearance_t"].min(axis=1)  # of every tenth tick
     assert (out["clearance"] <= seldom).all() and (seldom - out["clearance"] < 0.01).all()
     np.testing.assert_allclose(out["speed"][2].max(), 0.4, atol=0.02)
+
+
+@pytest.mark.slow
+def test_status_of_an_obstacle_that_nobody_knew(cell_and_world, results) -> None:
+    """The columns are 8 cm thicker than cameras and planner say: touched by all that pass them."""
+    _, world = cell_and_world
+    out = results(eqx.tree_at(lambda w: w.scene.size, world, world.scene.size.at[:, 0].add(0.08)))
+    assert out["status"].tolist() == [2, 2, 2, NOT_FINITE] and (out["clearance"][:3] < 0).all()
+    assert STATUSES[2] == "the arm touched an obstacle"
 
 
 @pytest.mark.slow

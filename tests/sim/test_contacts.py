@@ -69,7 +69,14 @@ def measure(cell, record):
     def run(world: World, record: Record):
         way = world.known.start + jnp.linspace(0, 1, 12)[:, None] * (world.known.goal - world.known.start)
         known = world.known
-        path = judge(PlanParams(params.potential, params.plan), way, lambda x: obstacle_distances(known, x), known.radius, known.lower, known.upper)
+        path = judge(
+            PlanParams(params.potential, params.plan),
+            way,
+            lambda x: obstacle_distances(known, x),
+            known.radius,
+            known.lower,
+            known.upper,
+        )
         return outcome(params, cell, world, Episode(path, record, initial_state(cell, world.q_start)))
 
     def measured(person: Person, scene=None, known=None, **changes):

@@ -94,7 +94,9 @@ def test_the_tool_points_are_those_of_the_joints(cell, request, name):
 def test_joints_follow_the_tool_with_the_orientation_of_the_start(cell, home, followed):
     places = along(followed, np.linspace(0, 1, COUNT))
     tool = mujoco_tool(cell, places[:, 9:])
-    np.testing.assert_allclose(tool[:, 1:] - tool[:, :1], (tool[:1, 1:] - tool[:1, :1]).repeat(COUNT, axis=0), atol=1e-6)
+    np.testing.assert_allclose(
+        tool[:, 1:] - tool[:, :1], (tool[:1, 1:] - tool[:1, :1]).repeat(COUNT, axis=0), atol=1e-6
+    )
     path = CubicSpline(np.linspace(0, 1, COUNT), bow(cell, home))(np.linspace(0, 1, 4001))
     gap = np.linalg.norm(places[:, None, :3] - path, axis=2).min(axis=1)
     assert gap.max() < 1e-4, "on the path that was planned"
