@@ -1,6 +1,6 @@
 """What the arm is asked to do in a tick, and the speed governor; as `hrcjax.sim.guide` and `hrcjax.sim.govern`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from hrcjax.reference.safety import Decision, between_factor, governed, path_spe
 from hrcjax.robot import Arm
 from hrcjax.safety import half_gaps
 from hrcjax.sim import Cell, MotionParams, Params
-from hrcjax.sim.default_parts import PERSON_FADE
+from hrcjax.sim.default_parts import PERSON_FADE, PUSH_FADE
 from hrcjax.sim.govern import LOST
 
 
@@ -148,7 +148,10 @@ def _policy(
     params: Params, q: NDArray, qd: NDArray, tool: Motion, x: NDArray, xd: NDArray, xdd: NDArray, body: Motion, room: Room,
     limits: JointLimits | Limits, posture: NDArray, end: NDArray,
 ) -> NDArray:  # fmt: skip
+    squared = float(((tool.x[0] - end) ** 2).sum())
+    push = params.policy.collision.k_rep * squared / (squared + PUSH_FADE**2)
+    policy = replace(params.policy, collision=replace(params.policy.collision, k_rep=push))
     return policy_acceleration(
-        params.policy, q, qd, tool, x, xd, xdd, body, room.distance, room.gradient, limits, posture,
+        policy, q, qd, tool, x, xd, xdd, body, room.distance, room.gradient, limits, posture,
         repel=repelling(params.potential, tool.x[0], end, room),
     )

@@ -54,6 +54,8 @@ from hrcjax.sim.parts import (
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Float, Joints, Vector3
 
+PUSH_FADE = 0.05
+"""Distance of the goal at which the push of the collision leaf is halved [m]."""
 PERSON_FADE = 0.3
 """Distance of the goal at which what stands repels as people do everywhere [m]."""
 BODY_INFLATION = 0.01
@@ -200,6 +202,10 @@ def rmp_policy(
 ) -> Joints:  # fmt: skip
     """All Riemannian motion policies, pulled back to the joints and resolved (HRI 2025), with the potential's repulsion (Robotica
     2025) among them: of what stands it fades at the goal, of people it does not."""
+    # what stands may be as near to the goal as the planner found right: its push fades there, its damping does not
+    squared = jnp.sum((arm.tool.x[0] - goal.end) ** 2)
+    fade = squared / (squared + PUSH_FADE * PUSH_FADE)
+    params = eqx.tree_at(lambda p: p.collision.k_rep, params, params.collision.k_rep * fade)
     return policy_acceleration(
         params, arm.q, arm.qd, arm.tool, goal.x, goal.xd, goal.xdd, arm.body, clearance.distance, clearance.gradient,
         limits, goal.posture, repel=repelling(arm, goal, clearance),

@@ -37,12 +37,12 @@ def following_policy() -> PolicyParams:
     """The policy's defaults in this cell, where they differ from those of the HRI paper's system.
 
     There a distant goal is approached slowly, and control spheres are up to 0.12 m. Here a moving reference is tracked to some
-    millimetres, stiff and critically damped: kp / eps = (kd / 2)^2. The spheres fit the links, and a goal may lie 3 cm from
-    an obstacle, so that the push of the collision leaf begins near the skin; its metric and damping reach farther.
+    millimetres, stiff and critically damped: kp / eps = (kd / 2)^2. The spheres fit the links, so that the collision leaf may begin
+    nearer.
     """
     return PolicyParams(
         target=TargetParams(kp=10.0, kd=20.0, eps=0.1, ramp=1000.0, metric_max=10.0),
-        collision=CollisionParams(k_rep=1.0, r_act=0.1, s_rep=0.02),
+        collision=CollisionParams(k_rep=3.0, r_act=0.15, s_rep=0.04),
     )
 
 
