@@ -103,8 +103,10 @@ def _sample_matrix(
     return both.reshape(n, n, inner, inner).transpose(2, 0, 3, 1)
 
 
-def damped_solve(matrix: Array, gradient: Inner, damping: Scalar) -> Inner:
+def damped_solve(matrix: Array | None, gradient: Inner, damping: Scalar) -> Inner:
     """Minus the inverse of the matrix, with its diagonal grown, times the gradient [rad]."""
+    if matrix is None:
+        raise ValueError("a cost without its matrix; accepted: one that was asked for with `curved`")
     size = matrix.shape[0]
     diagonal = jnp.diagonal(matrix)
     grown = matrix + jnp.diag(damping * (diagonal + 1e-6 * jnp.max(diagonal)))
