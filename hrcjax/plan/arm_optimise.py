@@ -45,7 +45,7 @@ def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int, curv
         curved: whether the matrix is asked for.
     """
     path, dtype = task.path, inner.dtype
-    control, n = inner.shape[0] + 2, inner.shape[1]
+    control = inner.shape[0] + 2
     S = jnp.asarray(spline_matrix(control, np.linspace(0, 1, samples))[:, 1:-1], dtype)
     q = samples_of(task, inner, samples)
     motion = motion_along(task.body, q)
@@ -103,8 +103,10 @@ def _sample_matrix(
     return both.reshape(n, n, inner, inner).transpose(2, 0, 3, 1)
 
 
-def damped_solve(matrix: Array, gradient: Inner, damping: Scalar) -> Inner:
+def damped_solve(matrix: Array | None, gradient: Inner, damping: Scalar) -> Inner:
     """Minus the inverse of the matrix, with its diagonal grown, times the gradient [rad]."""
+    if matrix is None:
+        raise ValueError("a cost without its matrix; accepted: one that was asked for with `curved`")
     size = matrix.shape[0]
     diagonal = jnp.diagonal(matrix)
     grown = matrix + jnp.diag(damping * (diagonal + 1e-6 * jnp.max(diagonal)))

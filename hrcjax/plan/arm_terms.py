@@ -61,6 +61,16 @@ def _repulsion(task: ArmTask, gaps: Array) -> tuple[Array, Array, Array]:
     return energy, first, second
 
 
+class Penalties(NamedTuple):
+    """What it costs to miss the gaps: `hinge` of each, with its derivative and its curvature by the violation."""
+
+    obstacles: tuple[Array, Array, Array]
+    floor: tuple[Array, Array, Array]
+    spheres: tuple[Array, Array, Array]
+    lower: tuple[Array, Array, Array]
+    upper: tuple[Array, Array, Array]
+
+
 def _sums(weights: Array, normal: Array | list[Array], axis: int) -> list[list[Array]]:
     """Entries of the sums along an axis of weight n n^T, a 3 x 3 matrix."""
     return _symmetric(lambda i, j: jnp.sum(weights * normal[i] * normal[j], axis=axis), 3)
@@ -110,7 +120,7 @@ def terms(
     obstacles = raw - jnp.asarray(body.radii[still:], dtype)[:, None, None]
     gaps = body_gaps(body, x, motion.tool, obstacles, task.lower, task.upper)
     allowed = allowed_gaps(task, place)
-    kept = Gaps(*(hinge(g - a - task.path.margin) for g, a in zip(gaps, allowed, strict=True)))
+    kept = Penalties(*(hinge(g - a - task.path.margin) for g, a in zip(gaps, allowed, strict=True)))
 
     def fade(tool: Vector3) -> Array:
         return d_factor(task.potential, tool, task.goal) / attraction_left(task.potential, tool, task.goal)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from hrcjax.robot import Arm, link_frames, point_motion, points_on_links, tool_frame
+from hrcjax.robot import Arm, point_motion, points_on_links, tool_frame
 from hrcjax.typing import Array, Float, Joints, Matrix3
 
 WEIGHT_LENGTH = 0.1

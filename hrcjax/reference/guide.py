@@ -140,8 +140,9 @@ def guide(
     if cell.motion == "path":
         back = motion.track_kp * (place[9:] - q) + motion.track_kd * (velocity[9:] - qd)
         return acceleration[9:] + back, after, place[:3]
-    three = (part[:9].reshape(3, 3) for part in (place, velocity, acceleration))
-    return _policy(params, q, qd, tool, *three, body, room, limits, place[9:], route.end[0]), after, place[:3]
+    x, xd, xdd = (part[:9].reshape(3, 3) for part in (place, velocity, acceleration))
+    asked = _policy(params, q, qd, tool, x, xd, xdd, body, room, limits, place[9:], route.end[0])
+    return asked, after, place[:3]
 
 
 def _policy(
@@ -152,6 +153,17 @@ def _policy(
     push = params.policy.collision.k_rep * squared / (squared + PUSH_FADE**2)
     policy = replace(params.policy, collision=replace(params.policy.collision, k_rep=push))
     return policy_acceleration(
-        policy, q, qd, tool, x, xd, xdd, body, room.distance, room.gradient, limits, posture,
+        policy,
+        q,
+        qd,
+        tool,
+        x,
+        xd,
+        xdd,
+        body,
+        room.distance,
+        room.gradient,
+        limits,
+        posture,
         repel=repelling(params.potential, tool.x[0], end, room),
     )

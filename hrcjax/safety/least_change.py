@@ -79,7 +79,8 @@ def _projected(
     some = size > 1e-6  # slower than a micrometre a second at 1 rad/s
     N = jnp.where(some[:, None], A / jnp.where(some, size, 1.0)[:, None], 0.0)
     c = jnp.where(some, limit / jnp.where(some, size, 1.0), UNLIMITED)
-    rows, used = _active(*jax.lax.stop_gradient((qd, N, c)), iterations)
+    still, around, limits = jax.lax.stop_gradient((qd, N, c))
+    rows, used = _active(still, around, limits, iterations)
     n = jnp.where(used[:, None], N[rows], 0.0)
     softness = _softness(qd.dtype)
     G = jnp.sum(n[:, None, :] * n[None, :, :], axis=-1) + jnp.diag(jnp.where(used, softness, 1.0).astype(qd.dtype))

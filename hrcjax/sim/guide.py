@@ -61,7 +61,9 @@ def guide(
     law = law_speed(params.potential, route.length - s, route.ratio_at(s))
     off = safe_norm(place[:3] - arm.tool.x[0])
     if cell.motion == "path":
-        pace = jnp.minimum(path_speed(tangent[9:], people.A, people.share * decision.point_limit), jnp.minimum(top, law))
+        pace = jnp.minimum(
+            path_speed(tangent[9:], people.A, people.share * decision.point_limit), jnp.minimum(top, law)
+        )
         pace = pace * jnp.exp(-((off / motion.lag) ** 2))
     else:
         pace = jnp.minimum(top, law) * jnp.exp(-((off / motion.leash) ** 2))

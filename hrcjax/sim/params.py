@@ -41,8 +41,8 @@ def following_policy() -> PolicyParams:
     nearer.
     """
     return PolicyParams(
-        target=TargetParams(kp=10.0, kd=20.0, eps=0.1, ramp=1000.0, metric_max=10.0),
-        collision=CollisionParams(k_rep=3.0, r_act=0.15, s_rep=0.04),
+        target=TargetParams(kp=10.0, kd=20.0, eps=0.1, ramp=1000.0, metric_max=3.0),
+        collision=CollisionParams(k_rep=6.0, weight=6.0, r_act=0.15, s_rep=0.04),
     )
 
 

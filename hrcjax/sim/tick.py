@@ -123,7 +123,9 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
     memory, decision = cell.safety.decide(params.safety, state.safety, separation)
     if decision.point_limit.shape != approach.shape:
-        raise ValueError(f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}")
+        raise ValueError(
+            f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}"
+        )
     unread = ~all_finite(towards_people.distance, approach, decision.speed_limit, decision.point_limit)
     hold = decision.hold | unread
 

@@ -14,10 +14,9 @@ from hrcjax.tune import episode_loss
 
 FELT = {  # differences that are well above rounding in both scenes
     "policy.target.kp", "policy.target.kd", "policy.target.metric_max",
-    "policy.joint_limit.metric", "policy.damping.weight", "motion.clock.jerk", "motion.speed", "motion.leash",
-    "potential.k_att",
+    "policy.joint_limit.metric", "policy.damping.weight", "motion.clock.jerk", "motion.speed",
 }  # fmt: skip
-FELT_BESIDE_OBSTACLES = {"plan.omega1", "plan.omega2", "potential.zeta", "policy.collision.r_act"}
+FELT_BESIDE_OBSTACLES = {"plan.omega1", "plan.omega2", "potential.zeta", "policy.collision.r_act", "motion.leash"}
 """Without obstacles the best path is straight, whatever the weights; what stands does not depend on the kernel."""
 
 
