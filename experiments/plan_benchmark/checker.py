@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 
 import jax
 import jax.numpy as jnp
@@ -24,7 +25,7 @@ CHUNK = 2048
 def dense(path: NDArray) -> NDArray:
     """The path with steps of at most STEP, its waypoints among them."""
     parts = [path[:1]]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in pairwise(path):
         count = max(int(np.ceil(np.abs(b - a).max() / STEP)), 1)
         parts.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
     return np.concatenate(parts)

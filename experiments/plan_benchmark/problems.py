@@ -1,6 +1,7 @@
 """The problems: a UR5 among boxes, with the reference path of each."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +59,7 @@ def read_problems(path: Path, count: int) -> Problems:
             f"{path} holds no planning problems ({error}); expected are arrays {', '.join(KEYS)}"
         ) from error
     offsets = data["path_offset"]
-    paths = tuple(data["path"][a:b].astype(float) for a, b in zip(offsets[:-1], offsets[1:], strict=True))
+    paths = tuple(data["path"][a:b].astype(float) for a, b in pairwise(offsets))
     every = Problems(
         data["start"].astype(float), data["goal"].astype(float), data["box_center"].astype(float),
         data["box_half_extents"].astype(float), data["n_boxes"].astype(int), paths,

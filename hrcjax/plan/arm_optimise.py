@@ -45,7 +45,7 @@ def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int, curv
         curved: whether the matrix is asked for.
     """
     path, dtype = task.path, inner.dtype
-    control, n = inner.shape[0] + 2, inner.shape[1]
+    control = inner.shape[0] + 2
     S = jnp.asarray(spline_matrix(control, np.linspace(0, 1, samples))[:, 1:-1], dtype)
     q = samples_of(task, inner, samples)
     motion = motion_along(task.body, q)

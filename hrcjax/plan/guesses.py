@@ -98,7 +98,7 @@ def _lifted(task: ArmTask, direction: Vector3, height: Array) -> Joints:
     """How the middle of the straight line must move so that the tool is lifted: damped least squares [rad]."""
     middle = (task.q_start + task.q_goal) / 2
     target = task.body.places(middle).tool + height * direction
-    n, dtype = task.body.size, middle.dtype
+    dtype = middle.dtype
 
     def step(q: Joints, _: None) -> tuple[Joints, None]:
         at = task.body.motion(q)
