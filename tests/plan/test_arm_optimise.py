@@ -35,21 +35,21 @@ def task(kind, s=None):
 
 def bent(t, size=0.3):
     inner = straight_guess(t, SIZES)
-    return inner + size * jnp.asarray(np.random.default_rng(3).normal(size=inner.shape))
+    return inner + size * jnp.asarray(np.random.default_rng(4).normal(size=inner.shape))
 
 
 @pytest.mark.parametrize("kind", ["point", "arm"])
 def test_gradient_is_that_of_the_cost_and_the_matrix_is_positive(kind):
     """The arm also beyond a joint's range, below the floor, out of bounds and in itself."""
     t = task(kind)
-    inner = bent(t, 0.2 if kind == "point" else 0.9)
+    inner = bent(t, 0.3 if kind == "point" else 0.9)
     found = jax.jit(lambda x: path_cost(t, x, STIFF, SIZES.samples))(inner)
     cost = lambda x: path_cost(t, x, STIFF, SIZES.samples, curved=False)
     true = jax.jit(jax.grad(lambda x: cost(x).cost))(inner)
     np.testing.assert_allclose(found.gradient, true, atol=1e-10 * np.abs(true).max())
     np.testing.assert_allclose(found.matrix, found.matrix.T, rtol=1e-9, atol=1e-9 * np.abs(found.matrix).max())
     assert np.linalg.eigvalsh(found.matrix)[0] > 0
-    assert float(found.violation) > 0.01
+    assert float(found.violation) > (0.001 if kind == "point" else 0.05)
     assert cost(inner).matrix is None
 
 

@@ -1,15 +1,16 @@
-from functools import partial
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jaxtyping import TypeCheckError
 from plan_scenes import scene
 
 from hrcjax.geom.shape import box_distance
 from hrcjax.plan import ArmPathParams, ArmPlanSizes, PotentialParams, arm_body, plan_arm, point_body
 from hrcjax.plan.arm_plan import best_guess
+from hrcjax.plan.arm_task import arm_task
+from hrcjax.plan.guesses import straight_guess
 from hrcjax.robot import load_arm
 
 POINT = ArmPlanSizes(control=10, samples=32, iterations=10, polish=10, guesses=7, descent=80)
@@ -30,7 +31,10 @@ def point_plan(potential, s, sizes=POINT):
 @jax.jit
 def arm_among_boxes(potential, q_start, q_goal, center, half):
     wide = jnp.full(3, jnp.inf, q_start.dtype)
-    distances = lambda x: jax.vmap(box_distance, in_axes=(None, 0, 0))(x, center, half)
+
+    def distances(x):
+        return jax.vmap(box_distance, in_axes=(None, 0, 0))(x, center, half)
+
     radius = jnp.full(center.shape[0], 0.03, q_start.dtype)
     return plan_arm(
         cast(ArmPathParams(), q_start.dtype),
@@ -53,22 +57,34 @@ def boxes(*rows):
     return jnp.asarray(center), jnp.asarray(half)
 
 
-def test_many_settings_at_once_agree_with_one():
-    s = scene("columns")
-    run = lambda k, z: point_plan(cast(PotentialParams(k_rep=k, zeta=z)), s)
-    k, zeta = jnp.asarray([1e-6, 1e-3, 1e-5]), jnp.asarray([1.5, 1.5, 4.0])
-    many = jax.jit(jax.vmap(run))(k, zeta)
-    assert (many.status & 14 == 14).all(), many.status
-    np.testing.assert_allclose(many.violation, 0, atol=5e-4)
+def knobs(k_rep, zeta):
+    return eqx.tree_at(lambda p: (p.k_rep, p.zeta), cast(PotentialParams(), k_rep.dtype), (k_rep, zeta))
+
+
+def in_columns(k_rep, zeta):
+    return point_plan(knobs(k_rep, zeta), scene("columns", k_rep.dtype))
+
+
+def test_many_settings_at_once_agree_with_one_and_all_say_what_they_are():
+    k, zeta = jnp.asarray([1e-6, 1e-3, 1e-5, 1e-5]), jnp.asarray([1.5, 1.5, 4.0, 8.0])
+    many = jax.jit(jax.vmap(in_columns))(k, zeta)
+    assert (many.status[:3] & 14 == 14).all(), many.status
+    np.testing.assert_allclose(many.violation[:3], 0, atol=5e-4)
     np.testing.assert_allclose(many.joints, many.tool)
     # K_rep = 1e-3 bends the path, and keeps it farther away than zeta asks for; zeta alone sets the distance of the others
     assert float(many.clearance[0]) < 0.02 < float(many.clearance[1]) - 0.01
-    assert float(many.clearance[2]) > 0.0895
+    assert 0.0895 < float(many.clearance[2]) < 0.1
     assert float(many.length[0]) < float(many.length[1])
-    one = jax.jit(run)(k[1], zeta[1])
+    # the goal itself is 15 cm from a column, of which 21 cm are asked: it opens from there as far as it can be
+    assert float(many.clearance[3]) < 0.16
+    assert np.isfinite(many.joints).all()
+    one = jax.jit(in_columns)(k[1], zeta[1])
     np.testing.assert_allclose(one.joints, many.joints[1], atol=1e-6)
-    steps = np.linalg.norm(np.diff(many.joints, axis=1), axis=-1)
+    steps = np.linalg.norm(np.diff(many.joints[:3], axis=1), axis=-1)
     np.testing.assert_allclose(steps, np.broadcast_to(steps.mean(1, keepdims=True), steps.shape), rtol=0.02)
+    single = jax.jit(in_columns)(jnp.float32(1e-3), jnp.float32(1.5))
+    assert {x.dtype.name for x in jax.tree.leaves(single)} == {"float32", "bool", "int32"}
+    np.testing.assert_allclose(single.joints, one.joints, atol=1e-3)
 
 
 def test_u_shaped_trap_is_noticed_and_left():
@@ -78,7 +94,9 @@ def test_u_shaped_trap_is_noticed_and_left():
     wide = jnp.full(3, 3.0)
 
     def run(k_rep):
-        distances = lambda x: jax.vmap(box_distance, in_axes=(None, 0, 0))(x, walls, half)
+        def distances(x):
+            return jax.vmap(box_distance, in_axes=(None, 0, 0))(x, walls, half)
+
         start, goal = jnp.asarray([-0.1, 0.01, 0.02]), jnp.asarray([0.8, 0.0, 0.0])
         path = cast(ArmPathParams(joint_weight=0.0))
         potential = cast(PotentialParams(zeta=2.0, k_rep=0.0))
@@ -98,7 +116,7 @@ def test_arm_leaves_a_u_shaped_trap():
     start, goal = jnp.asarray(Q_START), jnp.asarray(Q_GOAL)
     a, b = COARSE.places(start).tool, COARSE.places(goal).tool
     x, y = 0.5 * a[0] + 0.5 * b[0], 0.5 * a[1] + 0.5 * b[1]
-    bottom = ((float(x), float(y), 0.11), (0.02, 0.14, 0.11))
+    bottom = ((float(x), float(y), 0.16), (0.02, 0.14, 0.16))
     arms = [((float(x) - 0.16, float(y) + dy, 0.05), (0.16, 0.02, 0.05)) for dy in (-0.12, 0.30)]
     potential = cast(PotentialParams(zeta=1.5))
     found = arm_among_boxes(potential, start, goal, *boxes(bottom, *arms))
@@ -112,33 +130,8 @@ def test_arm_leaves_a_u_shaped_trap():
     np.testing.assert_array_equal(found.joints[-1], goal)
 
 
-def test_single_precision_follows_its_inputs():
-    single = [cast(x, jnp.float32) for x in (PotentialParams(), jnp.asarray(Q_START), jnp.asarray(Q_GOAL), *boxes())]
-    found = arm_among_boxes(*single)
-    assert {x.dtype.name for x in jax.tree.leaves(found)} == {"float32", "bool", "int32"}
-    assert int(found.status) == 15
-
-
-def test_what_cannot_be_kept_is_told():
-    s = scene("spheres", centers=[[0.4, 0.5, 0.1]], radius=0.03)
-    crowded = s._replace(lower=jnp.asarray([0.0, 0.0, 0.0]), upper=jnp.asarray([0.8, 0.8, 0.2]))
-    found = jax.jit(
-        lambda z: point_plan(
-            cast(PotentialParams(zeta=0.0 + 1))
-            if z is None
-            else eqx.tree_at(lambda p: p.zeta, cast(PotentialParams()), z),
-            crowded,
-        )
-    )(jnp.asarray(14.0))
-    assert not bool(found.clear) or not bool(found.inside)
-    assert np.isfinite(found.joints).all()
-
-
 def test_best_guess_keeps_its_distances_first_then_costs_least_and_ties_go_to_the_first():
     s = scene("spheres", centers=[[0.4, 0.5, 0.1]], radius=0.03)
-    from hrcjax.plan.arm_task import arm_task
-    from hrcjax.plan.guesses import straight_guess
-
     path = cast(ArmPathParams(joint_weight=0.0, omega3=0.0))
     t = arm_task(
         path, cast(PotentialParams(zeta=2.0)), point_body(), s.start, s.goal, s.distances, s.radius, s.lower, s.upper
@@ -146,7 +139,11 @@ def test_best_guess_keeps_its_distances_first_then_costs_least_and_ties_go_to_th
     straight = straight_guess(t, POINT)
     hump = jnp.sin(jnp.linspace(0.3, 2.8, len(straight)))[:, None] * jnp.asarray([0.0, 0, 1])
     through, low, high = straight, straight + 0.2 * hump, straight + 0.4 * hump
-    pick = jax.jit(lambda *x: best_guess(t, jnp.stack(x), POINT))
+
+    @jax.jit
+    def pick(*found):
+        return best_guess(t, jnp.stack(found), POINT)
+
     assert int(pick(through, high, low)) == 2
     assert int(pick(high, low, low)) == 1
     assert int(pick(low + 1e-12, low, high)) == 0
@@ -155,7 +152,7 @@ def test_best_guess_keeps_its_distances_first_then_costs_least_and_ties_go_to_th
 
 def test_wrong_shapes_and_sizes_are_refused():
     s = scene()
-    with pytest.raises(ValueError, match="q_goal has shape"):
+    with pytest.raises((ValueError, TypeCheckError), match="q_goal"):
         plan_arm(
             ArmPathParams(),
             PotentialParams(),
