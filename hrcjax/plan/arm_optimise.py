@@ -135,6 +135,13 @@ def ramped(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
     return jax.lax.scan(step, inner, stiffness)[0]
 
 
+def _is_better(there: PathCost, at: PathCost) -> Array:
+    """Less cost or, where costs are equal to rounding, a smaller gradient: cost alone tells the optimum to half the digits."""
+    rounding = 64 * jnp.finfo(at.cost.dtype).eps * jnp.abs(at.cost)
+    flatter = jnp.sum(there.gradient**2) < jnp.sum(at.gradient**2)
+    return (there.cost < at.cost - rounding) | ((there.cost <= at.cost + rounding) & flatter)
+
+
 def polished(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
     """Levenberg-Marquardt steps at the last stiffness: a step that does not help is not taken [rad]."""
     path, samples = task.path, sizes.samples
@@ -146,7 +153,7 @@ def polished(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
         inner, at, damping = carry
         tried = inner + no_longer(damped_solve(at.matrix, at.gradient, damping), path.move_max)
         there = evaluate(tried)
-        better = there.cost < at.cost
+        better = _is_better(there, at)
         damping = jnp.clip(jnp.where(better, damping / 5, damping * 5), 1e-9, 1e3)
         kept = jax.tree.map(lambda new, old: jnp.where(better, new, old), (tried, there), (inner, at))
         return (*kept, damping), None

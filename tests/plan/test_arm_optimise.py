@@ -44,7 +44,10 @@ def test_gradient_is_that_of_the_cost_and_the_matrix_is_positive(kind):
     t = task(kind)
     inner = bent(t, 0.3 if kind == "point" else 0.9)
     found = jax.jit(lambda x: path_cost(t, x, STIFF, SIZES.samples))(inner)
-    cost = lambda x: path_cost(t, x, STIFF, SIZES.samples, curved=False)
+
+    def cost(x):
+        return path_cost(t, x, STIFF, SIZES.samples, curved=False)
+
     true = jax.jit(jax.grad(lambda x: cost(x).cost))(inner)
     np.testing.assert_allclose(found.gradient, true, atol=1e-10 * np.abs(true).max())
     np.testing.assert_allclose(found.matrix, found.matrix.T, rtol=1e-9, atol=1e-9 * np.abs(found.matrix).max())
@@ -71,7 +74,6 @@ def test_shortest_way_round_a_ball():
     r, R = 0.1, 0.3  # zeta 3
     s = scene("spheres", centers=[[0.0, 0, 0.01]], radius=r, start=np.array([-1.0, 0, 0]), goal=np.array([1.0, 0, 0]))
     t = task("point", s)
-    path, potential = params("point")
     path = ArmPathParams(joint_weight=0.0, omega2=1e-5, omega3=0.0)
     sizes = ArmPlanSizes(control=16, samples=60, iterations=12, polish=25)
     t = t._replace(path=jax.tree.map(jnp.float64, path))

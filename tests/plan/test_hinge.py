@@ -17,7 +17,10 @@ def test_it_is_half_the_square_of_a_violation_and_0_otherwise():
 def test_derivatives_are_those_of_its_value():
     e = 1e-3
     spare = jnp.linspace(-3e-3, 3e-3, 61)
-    value = lambda s: hinge(s, e)[0]
+
+    def value(s):
+        return hinge(s, e)[0]
+
     np.testing.assert_allclose(-jax.vmap(jax.grad(value))(spare), hinge(spare, e)[1], atol=1e-15)
     away = jnp.asarray([-2e-3, -0.7e-3, 0.2e-3, 2e-3])
     np.testing.assert_allclose(jax.vmap(jax.grad(jax.grad(value)))(away), hinge(away, e)[2], atol=1e-12)
