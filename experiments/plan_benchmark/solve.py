@@ -58,8 +58,8 @@ def task_of(
 
     wide = jnp.full(3, jnp.inf, start.dtype)
     radius = jnp.full(center.shape[0], GAP, start.dtype)
-    params = jax.tree.map(lambda x: jnp.asarray(x, start.dtype), (PATH, POTENTIAL))
-    return arm_task(*params, body, start, goal, distances, radius, -wide, wide)
+    path, potential = jax.tree.map(lambda x: jnp.asarray(x, start.dtype), (PATH, POTENTIAL))
+    return arm_task(path, potential, body, start, goal, distances, radius, -wide, wide)
 
 
 def optimised(body: PlanBody, stage: int) -> Callable[..., jax.Array]:
@@ -130,8 +130,8 @@ def _accept(
     checker: Checker, problems: Problems, solved: Solved, stage: int, rows: Sequence[int] | NDArray, paths: NDArray
 ) -> None:
     """Takes the shortest free path of each problem."""
-    finite = np.isfinite(paths).all(axis=(2, 3))
-    flat = [(k, g) for k in range(len(rows)) for g in range(paths.shape[1]) if finite[k, g]]
+    finite = np.asarray(np.isfinite(paths).all(axis=(2, 3)))
+    flat = [(k, g) for k in range(len(rows)) for g in range(paths.shape[1]) if bool(finite[k, g])]
     free = checker.free(problems, [rows[k] for k, _ in flat], [paths[k, g] for k, g in flat])
     for (k, g), ok in zip(flat, free, strict=True):
         old = solved.paths[rows[k]]

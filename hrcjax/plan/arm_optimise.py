@@ -25,8 +25,8 @@ class PathCost(NamedTuple):
     violation: Float[Array, ""]
     """Most that a constraint is missed by at a sample [m]."""
     gradient: Float[Array, "inner joint"]
-    matrix: Float[Array, "unknown unknown"] | None
-    """Gauss-Newton's, positive semi-definite, if asked for."""
+    matrix: Float[Array, "unknown unknown"]
+    """Gauss-Newton's, positive semi-definite; empty if not asked for."""
 
 
 def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sample joint"]:
@@ -67,8 +67,8 @@ def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int, curv
     by_q = found.gradient + by_tool + path.joint_weight * by_z[:, 3:].T
     gradient = (by_q @ S).T
 
-    if found.curvature is None:
-        return PathCost(cost, found.violation, gradient, None)
+    if not curved:
+        return PathCost(cost, found.violation, gradient, jnp.zeros((0, 0), dtype))
     steps = samples - 1
     a = (path.omega1 + path.omega3 * mean_ratio) * steps / length
     b = 2 * path.omega2 * steps**3 / length**3

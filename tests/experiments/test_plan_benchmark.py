@@ -92,16 +92,19 @@ def test_rows_on_results_made_by_hand():
 
 @pytest.mark.slow
 def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
-    box = ((0.42, 0.30, 0.25), (0.05, 0.05, 0.25))
-    made = problems(box, ((5.0, 5, 5), (0.1, 0.1, 0.1)), turn=1.6)
+    middle = jax.jit(lambda q: arm_capsules(ARM, q))(jnp.asarray(HOME + np.array([0.8, 0, 0, 0, 0, 0])))
+    x, y, z = np.asarray(middle.b[-1], float)
+    made = problems(((x, y, z / 2), (0.04, 0.04, z / 2)), ((5.0, 5, 5), (0.1, 0.1, 0.1)), turn=1.6)
+    over = [HOME + np.array([turn, -0.7, 0, 0, 0, 0]) for turn in (0.0, 1.6)]
+    path = np.stack([HOME, *over, made.goal[0]])
     file = tmp_path / "problems.npz"
-    path = made.reference[0]
     np.savez(file, start=made.start, goal=made.goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
              path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
     out = tmp_path / "rows.json"
     assert run(PlanBenchmarkConfig(problems=file, settings=0, json=out, page=tmp_path / "page.md")) == 0
     rows = json.loads(out.read_text())["plan_benchmark"]
-    assert rows["problems"]["value"] == 0  # its reference, the straight line, collides
+    assert rows["problems"]["value"] == rows["success"]["value"] == 1
+    assert rows["straight_share"]["value"] == 0 and 0.3 < rows["length_hard_median"]["value"] < 1
     assert (tmp_path / "page.md").read_text().startswith("# The planner")
 
 

@@ -65,6 +65,7 @@ def in_columns(k_rep, zeta):
     return point_plan(knobs(k_rep, zeta), scene("columns", k_rep.dtype))
 
 
+@pytest.mark.slow
 def test_many_settings_at_once_agree_with_one_and_all_say_what_they_are():
     k, zeta = jnp.asarray([1e-6, 1e-3, 1e-5, 1e-5]), jnp.asarray([1.5, 1.5, 4.0, 8.0])
     many = jax.jit(jax.vmap(in_columns))(k, zeta)
@@ -111,6 +112,7 @@ def test_u_shaped_trap_is_noticed_and_left():
     assert 1.1 * straight < float(found.length) < 2.5 * straight
 
 
+@pytest.mark.slow
 def test_arm_leaves_a_u_shaped_trap():
     """The tool stands in a U of three walls, the goal is behind its bottom."""
     start, goal = jnp.asarray(Q_START), jnp.asarray(Q_GOAL)
