@@ -131,7 +131,7 @@ def _accept(
 ) -> None:
     """Takes the shortest free path of each problem."""
     finite = np.asarray(np.isfinite(paths).all(axis=(2, 3)))
-    flat = [(k, g) for k in range(len(rows)) for g in range(paths.shape[1]) if finite[k, g]]
+    flat = [(k, g) for k in range(len(rows)) for g in range(paths.shape[1]) if bool(finite[k, g])]
     free = checker.free(problems, [rows[k] for k, _ in flat], [paths[k, g] for k, g in flat])
     for (k, g), ok in zip(flat, free, strict=True):
         old = solved.paths[rows[k]]

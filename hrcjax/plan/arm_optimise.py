@@ -25,8 +25,8 @@ class PathCost(NamedTuple):
     violation: Float[Array, ""]
     """Most that a constraint is missed by at a sample [m]."""
     gradient: Float[Array, "inner joint"]
-    matrix: Float[Array, "unknown unknown"] | None
-    """Gauss-Newton's, positive semi-definite, if asked for."""
+    matrix: Float[Array, "unknown unknown"]
+    """Gauss-Newton's, positive semi-definite; empty if not asked for."""
 
 
 def samples_of(task: ArmTask, inner: Inner, samples: int) -> Float[Array, "sample joint"]:
@@ -67,8 +67,8 @@ def path_cost(task: ArmTask, inner: Inner, stiffness: Scalar, samples: int, curv
     by_q = found.gradient + by_tool + path.joint_weight * by_z[:, 3:].T
     gradient = (by_q @ S).T
 
-    if found.curvature is None:
-        return PathCost(cost, found.violation, gradient, None)
+    if not curved:
+        return PathCost(cost, found.violation, gradient, jnp.zeros((0, 0), dtype))
     steps = samples - 1
     a = (path.omega1 + path.omega3 * mean_ratio) * steps / length
     b = 2 * path.omega2 * steps**3 / length**3
@@ -137,6 +137,13 @@ def ramped(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
     return jax.lax.scan(step, inner, stiffness)[0]
 
 
+def _is_better(there: PathCost, at: PathCost) -> Array:
+    """Less cost or, where costs are equal to rounding, a smaller gradient: cost alone tells the optimum to half the digits."""
+    rounding = 64 * jnp.finfo(at.cost.dtype).eps * jnp.abs(at.cost)
+    flatter = jnp.sum(there.gradient**2) < jnp.sum(at.gradient**2)
+    return (there.cost < at.cost - rounding) | ((there.cost <= at.cost + rounding) & flatter)
+
+
 def polished(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
     """Levenberg-Marquardt steps at the last stiffness: a step that does not help is not taken [rad]."""
     path, samples = task.path, sizes.samples
@@ -148,7 +155,7 @@ def polished(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
         inner, at, damping = carry
         tried = inner + no_longer(damped_solve(at.matrix, at.gradient, damping), path.move_max)
         there = evaluate(tried)
-        better = there.cost < at.cost
+        better = _is_better(there, at)
         damping = jnp.clip(jnp.where(better, damping / 5, damping * 5), 1e-9, 1e3)
         kept = jax.tree.map(lambda new, old: jnp.where(better, new, old), (tried, there), (inner, at))
         return (*kept, damping), None

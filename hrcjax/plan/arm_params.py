@@ -22,6 +22,9 @@ class ArmPathParams(eqx.Module):
     opening: float = 0.5
     """Where a sphere is nearer to an obstacle than required at start or goal: growth of the distance asked for, per length
     of the straight way between the ends [1]."""
+    opening_from: float = 0.05
+    """Share of the way at either end over which no more is asked than is there, as between two samples the distance is not
+    watched; below 0.5 [1]."""
     penalty: float = 20000.0
     """Stiffness of a violated constraint [1/m]."""
     penalty_first: float = 0.03

@@ -116,8 +116,11 @@ def allowed_gaps(task: ArmTask, place: Float[Array, "sample"]) -> Gaps:
         *[jnp.zeros(1, dtype)] * 2,
     )
 
+    inner = 1 - 2 * jnp.asarray(task.path.opening_from, dtype)
+    inside = jnp.clip((place - task.path.opening_from) / inner, 0, 1)
+
     def attainable(required: Array, ends: Array) -> Array:
         asked = jnp.broadcast_to(required, ends.shape[:-1])
-        return attainable_gap(asked, ends[..., 0], ends[..., 1], task.path.opening, task.straight, place)
+        return attainable_gap(asked, ends[..., 0], ends[..., 1], task.path.opening, task.straight * inner, inside)
 
     return Gaps(*(attainable(*both) for both in zip(required, task.at_ends, strict=True)))

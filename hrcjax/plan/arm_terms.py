@@ -9,6 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 
 from hrcjax.plan.arm_potential import arm_repulsions, attraction_left
 from hrcjax.plan.arm_task import ArmTask, Gaps, allowed_gaps, body_gaps
@@ -30,8 +31,8 @@ class Terms(NamedTuple):
     """Most that a constraint is missed by; negative: all are kept [m]."""
     gradient: Float[Array, "joint sample"]
     """Of sum ratio_weight ratio + stiffness penalty, by the joints."""
-    curvature: Float[Array, "joint joint sample"] | None
-    """Its positive semi-definite part, if asked for."""
+    curvature: Float[Array, "joint joint sample"]
+    """Its positive semi-definite part; empty if not asked for."""
 
 
 def motion_along(body: PlanBody, q: Float[Array, "sample joint"]) -> BodyMotion:
@@ -59,16 +60,6 @@ def _repulsion(task: ArmTask, gaps: Array) -> tuple[Array, Array, Array]:
 
     (energy, first), (_, second) = jax.jvp(lambda g: jax.jvp(value, (g,), (one,)), (gaps,), (one,))
     return energy, first, second
-
-
-class Penalties(NamedTuple):
-    """What it costs to miss the gaps: `hinge` of each, with its derivative and its curvature by the violation."""
-
-    obstacles: tuple[Array, Array, Array]
-    floor: tuple[Array, Array, Array]
-    spheres: tuple[Array, Array, Array]
-    lower: tuple[Array, Array, Array]
-    upper: tuple[Array, Array, Array]
 
 
 def _sums(weights: Array, normal: Array | list[Array], axis: int) -> list[list[Array]]:
@@ -120,7 +111,8 @@ def terms(
     obstacles = raw - jnp.asarray(body.radii[still:], dtype)[:, None, None]
     gaps = body_gaps(body, x, motion.tool, obstacles, task.lower, task.upper)
     allowed = allowed_gaps(task, place)
-    kept = Penalties(*(hinge(g - a - task.path.margin) for g, a in zip(gaps, allowed, strict=True)))
+    each = [hinge(g - a - task.path.margin) for g, a in zip(gaps, allowed, strict=True)]
+    value, push, held = (Gaps(*parts) for parts in zip(*each, strict=True))
 
     def fade(tool: Vector3) -> Array:
         return d_factor(task.potential, tool, task.goal) / attraction_left(task.potential, tool, task.goal)
@@ -128,46 +120,46 @@ def terms(
     faded, fade_slope = jax.vmap(jax.value_and_grad(fade), in_axes=-1, out_axes=-1)(motion.tool)
     energy, first, second = _repulsion(task, obstacles)
     total = jnp.sum(energy, axis=(0, 1))
-    penalty = sum(jnp.sum(k[0]) for k in kept)
+    penalty = jnp.sum(jnp.stack([jnp.sum(v) for v in value]))
 
     # obstacles and floor, on the spheres that move
-    along = ratio_weight * faded * first - stiffness * kept.obstacles[1]
-    bent = ratio_weight * faded * second + stiffness * kept.obstacles[2]
+    along = ratio_weight * faded * first - stiffness * push.obstacles
+    bent = ratio_weight * faded * second + stiffness * held.obstacles
     along, bent, normal = stored(along), stored(bent), stored(normal)
     f = [jnp.sum(along * normal[k], axis=1) for k in range(3)]
     M = _sums(bent, normal, 1)
     if body.floor is not None:
-        f[2] = f[2] - stiffness * kept.floor[1]
-        M[2][2] = M[2][2] + stiffness * kept.floor[2]
+        f[2] = f[2] - stiffness * push.floor
+        M[2][2] = M[2][2] + stiffness * held.floor
     f = [_padded(e, still, 0) for e in f]
     M = [[_padded(e, still, 0) for e in row] for row in M]
     if body.pairs.rows:
-        for on_f, on_M in _between_spheres(task, x, kept.spheres, stiffness):
+        for on_f, on_M in _between_spheres(task, x, stiffness * push.spheres, 2 * stiffness * held.spheres):
             f = [f[k] + on_f[k] for k in range(3)]
             M = [[M[i][j] + on_M[i][j] for j in range(3)] for i in range(3)]
     f = [stored(e) for e in f]
     M = _symmetric(lambda i, j: stored(M[i][j]), 3)
     # the tool point, and ranges of the joints
-    on_tool = stored(ratio_weight * total * fade_slope + stiffness * (kept.upper[1] - kept.lower[1]))
-    on_tool_held = stored(stiffness * (kept.upper[2] + kept.lower[2]))
+    on_tool = stored(ratio_weight * total * fade_slope + stiffness * (push.upper - push.lower))
+    on_tool_held = stored(stiffness * (held.upper + held.lower))
     low, high = beyond_range(task, q)
     below, above = hinge(-low - task.path.margin), hinge(-high - task.path.margin)
     lever = jnp.asarray(task.path.lever, dtype)
     penalty = penalty + jnp.sum(below[0]) + jnp.sum(above[0])
     at_joints = stiffness * lever * (above[1] - below[1])
-    held = stiffness * lever * lever * (above[2] + below[2])
+    on_joints_held = stiffness * lever * lever * (above[2] + below[2])
 
     J, J_tool = motion.J, motion.J_tool
     joints = range(q.shape[1])
     gradient = [_dot(J[:, :, j], f) + jnp.sum(J_tool[:, j] * on_tool, axis=0) + at_joints[j] for j in joints]
     missed = jnp.maximum(violation_of(gaps, allowed), jnp.max(jnp.maximum(low, high)))
     if not curved:
-        return Terms(faded * total, penalty, missed, jnp.stack(gradient), None)
+        return Terms(faded * total, penalty, missed, jnp.stack(gradient), jnp.zeros((0, 0, 0), dtype))
     weighed = [[stored(sum(M[k][m] * J[:, m, j] for m in range(3))) for k in range(3)] for j in joints]
 
     def entry(i: int, j: int) -> Array:
         pulled = _dot(J[:, :, i], weighed[j]) + jnp.sum(J_tool[:, i] * J_tool[:, j] * on_tool_held, axis=0)
-        return pulled + held[i] if i == j else pulled
+        return pulled + on_joints_held[i] if i == j else pulled
 
     curvature = jnp.stack([jnp.stack(row) for row in _symmetric(entry, len(joints))])
     return Terms(faded * total, penalty, missed, jnp.stack(gradient), curvature)
@@ -178,13 +170,13 @@ _OnSpheres = tuple[list[Array], list[list[Array]]]
 
 
 def _between_spheres(
-    task: ArmTask, x: Float[Array, "point 3 sample"], kept: tuple[Array, Array, Array], stiffness: Scalar
+    task: ArmTask, x: Float[Array, "point 3 sample"], push: ArrayLike, held: ArrayLike
 ) -> tuple[_OnSpheres, _OnSpheres]:
     """What self-collision adds on the first spheres of the pairs and on the second: (v_a - v_b)^2 <= 2 v_a^2 + 2 v_b^2."""
     rows, column, apart = task.body.pairs
     scale = jnp.asarray(np.where(apart > 0, 1 / np.where(apart > 0, apart, 1), 0), x.dtype)[..., None]
     normal = [(x[:rows, None, k] - x[None, column:, k]) * scale for k in range(3)]
-    push, held = stored(stiffness * kept[1]), stored(2 * stiffness * kept[2])
+    push, held = stored(jnp.asarray(push)), stored(jnp.asarray(held))
     after = x.shape[0] - rows
     on_rows = (
         [_padded(-jnp.sum(push * normal[k], axis=1), 0, after) for k in range(3)],

@@ -12,6 +12,8 @@ from hrcjax.typing import Array, Float, Joints, Matrix3
 
 WEIGHT_LENGTH = 0.1
 """Length of link whose repulsion counts as that of one point [m]."""
+_ON_AXIS = 0.01
+"""Points nearer to the axis of the first joint do not move [m]."""
 
 
 class BodyPlaces(NamedTuple):
@@ -146,6 +148,12 @@ def sphere_pairs(owner: np.ndarray, radii: np.ndarray, capsules: Sequence[tuple[
     return SpherePairs(rows, column, apart[:rows, column:])
 
 
+def _is_fixed(arm: Arm, link: int, at: np.ndarray) -> bool:
+    """Whether a point of a link cannot move: it is part of the base, or lies on the axis of the first joint."""
+    local = arm.chain.link_pos[0] + arm.chain.link_rotation[0] @ at
+    return link < 0 or (link == 0 and bool(np.hypot(local[0], local[1]) < _ON_AXIS))
+
+
 def arm_body(
     arm: Arm, inflation: float = 0.005, floor: float | None = None, tight: Sequence[tuple[str, str]] = (("forearm", "wrist 2"),)
 ) -> PlanBody:  # fmt: skip
@@ -159,10 +167,12 @@ def arm_body(
     order = sorted(range(len(arm.capsule_links)), key=lambda k: arm.capsule_links[k])
     covers = {k: cover(arm.capsule_a[k], arm.capsule_b[k], arm.capsule_radii[k], inflation) for k in order}
     owner = np.array([k for k in order for _ in covers[k][0]])
-    links = tuple(int(arm.capsule_links[k]) for k in owner)
     offsets = np.concatenate([covers[k][0] for k in order])
+    fixed = np.array([_is_fixed(arm, arm.capsule_links[k], at) for k, at in zip(owner, offsets, strict=True)])
+    first = np.argsort(~fixed, kind="stable")
+    owner, offsets, still = owner[first], offsets[first], int(fixed.sum())
+    links = tuple(int(arm.capsule_links[k]) for k in owner)
     radii = np.array([covers[k][1] for k in owner])
-    still = sum(link < 0 for link in links)
     lengths = np.linalg.norm(arm.capsule_b - arm.capsule_a, axis=1) + 2 * arm.capsule_radii
     weights = np.array([lengths[k] / len(covers[k][0]) / WEIGHT_LENGTH for k in owner[still:]])
     pairs = sphere_pairs(owner, arm.capsule_radii, self_pairs(arm, tight))

@@ -1,0 +1,117 @@
+"""The program that measures the arm's planner: its exact check, its rows, a run on problems made by hand."""
+
+import json
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+import pytest
+
+from experiments.plan_benchmark.checker import STEP, Checker, dense
+from experiments.plan_benchmark.config import PlanBenchmarkConfig, parse
+from experiments.plan_benchmark.problems import Problems, joint_length, read_problems, thin_arm
+from experiments.plan_benchmark.rows import holds, page, problem_rows
+from experiments.plan_benchmark.run import run
+from experiments.plan_benchmark.solve import Solved
+from hrcjax.lab.errors import UsageError
+from hrcjax.robot import arm_capsules
+
+HOME = np.array([0.0, -1.6, 1.6, -1.6, -1.6, 0.0])
+ARM = thin_arm()
+
+
+def problems(*boxes, turn=0.8):
+    center, half = (np.array(x, float) for x in zip(*boxes, strict=True))
+    goal = HOME + np.array([turn, 0, 0, 0, 0, 0])
+    return Problems(HOME[None], goal[None], center[None], half[None], np.array([len(boxes)]), (np.stack([HOME, goal]),))
+
+
+def test_steps_are_two_degrees_at_most_and_keep_the_waypoints():
+    path = np.array([[0.0, 0], [0.5, 0.1], [0.5, 0.1], [-0.2, 0.3]])
+    fine = dense(path)
+    assert np.abs(np.diff(fine, axis=0)).max() <= STEP + 1e-12
+    for waypoint in path:
+        assert (np.abs(fine - waypoint).max(axis=1) < 1e-12).any()
+    np.testing.assert_allclose(joint_length(fine), joint_length(path))
+
+
+def test_check_agrees_with_mujoco():
+    """C MuJoCo's distance of the same capsules and boxes, floor and self-collision apart, at random postures."""
+    rng = np.random.default_rng(0)
+    center, half = rng.uniform([-0.6, -0.6, 0.2], [0.6, 0.6, 0.9], (4, 3)), rng.uniform(0.03, 0.2, (4, 3))
+    q = rng.uniform(-2, 2, (60, 6))
+    spec = mujoco.MjSpec()
+    for c, h in zip(center, half, strict=True):
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=c, size=h)
+    moving = [k for k, link in enumerate(ARM.capsule_links) if link >= 0]
+    for k in moving:
+        body = spec.worldbody.add_body(mocap=True)
+        long = np.linalg.norm(ARM.capsule_b[k] - ARM.capsule_a[k]) / 2
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[ARM.capsule_radii[k], long, 0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    checker = Checker(ARM)
+    one = Problems(q[:1], q[:1], center[None], half[None], np.array([4]), (q[:1],))
+    capsules = jax.jit(jax.vmap(lambda q: arm_capsules(ARM, q)))(jnp.asarray(q))
+    floor_and_self = checker.free(
+        Problems(q[:1], q[:1], center[None], half[None], np.array([0]), (q[:1],)), [0] * 60, [x[None] for x in q]
+    )
+    mine = checker.free(one, [0] * 60, [x[None] for x in q])
+    truth = []
+    for row in range(len(q)):
+        for place, k in enumerate(moving):
+            a, b = np.asarray(capsules.a[row, k]), np.asarray(capsules.b[row, k])
+            data.mocap_pos[place] = (a + b) / 2
+            mujoco.mju_quatZ2Vec(data.mocap_quat[place], (b - a) / np.linalg.norm(b - a))
+        mujoco.mj_kinematics(model, data)
+        truth.append(
+            min(mujoco.mj_geomDistance(model, data, g, 4 + p, 1.0, None) for g in range(4) for p in range(len(moving)))
+        )
+    truth = np.array(truth)
+    clear = np.abs(truth) > 1e-4
+    np.testing.assert_array_equal(mine[clear], (floor_and_self & (truth > 0))[clear])
+    assert 5 < mine.sum() < 55
+
+
+def test_rows_on_results_made_by_hand():
+    far = ((5.0, 5, 5), (0.1, 0.1, 0.1))
+    one = problems(far)
+    both = Problems(
+        *(np.repeat(x, 3, 0) for x in (one.start, one.goal, one.center, one.half, one.boxes)), one.reference * 3
+    )
+    long = np.stack([HOME, HOME + 0.4, one.goal[0]])
+    solved = Solved([one.reference[0], long, None], np.array([0, 2, -1]), seconds=0.6)
+    rows = {name: entry["value"] for name, entry in problem_rows(both, np.array([True, True, True]), solved).items()}
+    assert rows["success"] == pytest.approx(2 / 3) and rows["straight_share"] == pytest.approx(1 / 3)
+    assert rows["ms_amortised"] == pytest.approx(200)
+    assert rows["length_hard_median"] == pytest.approx(joint_length(long) / 0.8)
+    assert holds("success", 0.94) is False and holds("success", 0.95) and holds("problems", 1) is None
+    assert "(missed)" in page(problem_rows(both, np.array([True] * 3), solved), 3)
+
+
+@pytest.mark.slow
+def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
+    middle = jax.jit(lambda q: arm_capsules(ARM, q))(jnp.asarray(HOME + np.array([0.8, 0, 0, 0, 0, 0])))
+    x, y, z = np.asarray(middle.b[-1], float)
+    made = problems(((x, y, z / 2), (0.04, 0.04, z / 2)), ((5.0, 5, 5), (0.1, 0.1, 0.1)), turn=1.6)
+    over = [HOME + np.array([turn, -0.7, 0, 0, 0, 0]) for turn in (0.0, 1.6)]
+    path = np.stack([HOME, *over, made.goal[0]])
+    file = tmp_path / "problems.npz"
+    np.savez(file, start=made.start, goal=made.goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
+             path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
+    out = tmp_path / "rows.json"
+    assert run(PlanBenchmarkConfig(problems=file, settings=0, json=out, page=tmp_path / "page.md")) == 0
+    rows = json.loads(out.read_text())["plan_benchmark"]
+    assert rows["problems"]["value"] == rows["success"]["value"] == 1
+    assert rows["straight_share"]["value"] == 0 and 0.3 < rows["length_hard_median"]["value"] < 1
+    assert (tmp_path / "page.md").read_text().startswith("# The planner")
+
+
+def test_missing_and_wrong_problems_are_told(tmp_path, capsys):
+    assert run(PlanBenchmarkConfig(problems=tmp_path / "none.npz", settings=0)) == 0
+    assert "left out" in capsys.readouterr().err
+    np.savez(tmp_path / "wrong.npz", a=np.zeros(2))
+    with pytest.raises(UsageError, match="no planning problems"):
+        read_problems(tmp_path / "wrong.npz", 0)
+    assert parse(["--count", "7"]).count == 7
