@@ -13,13 +13,14 @@ from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.reference.arm import SerialArm
 from hrcjax.reference.clock import Clock
 from hrcjax.reference.fields import Field, Scene, Spread, fit, read, scene_of, unit_where_long
-from hrcjax.reference.guide import Room, govern, guide, towards
+from hrcjax.reference.guide import Room, govern, guide, slowed, towards
 from hrcjax.reference.limits import limit_acceleration
 from hrcjax.reference.motion import Limits, Motion
 from hrcjax.reference.plain import plain
 from hrcjax.reference.route import SerialRoute
 from hrcjax.reference.safety import Monitor, Zone, speed_scale
 from hrcjax.robot import COVER_MARGIN
+from hrcjax.safety import APPROACH_TOLERANCE
 from hrcjax.sim import Cell, Frames, Params
 from hrcjax.sim.default_parts import COARSE_EDGE
 
@@ -161,9 +162,13 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         ahead = qd + limit_acceleration(brake if bad else asked, q, qd, limits, dt) * dt
         if cell.motion == "path":
             ahead = speed_scale(people.speeds(ahead), people.share * decision.point_limit) * ahead
+            ahead = slowed(people.J, ahead, decision.any_limit)
         else:
-            ahead = govern(motion, robot, ahead, people, decision.point_limit, room)
-        qdd = limit_acceleration(brake if decision.hold else (ahead - qd) / dt, q, qd, limits, dt)
+            ahead = govern(motion, robot, ahead, people, decision.point_limit, room, decision.any_limit)
+        after = qd + limit_acceleration((ahead - qd) / dt, q, qd, limits, dt) * dt
+        left = np.maximum(decision.point_limit, 0.0) * people.share + APPROACH_TOLERANCE
+        after = speed_scale(people.speeds(after), left) * after
+        qdd = limit_acceleration(brake if decision.hold else (after - qd) / dt, q, qd, limits, dt)
         tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
         rows.append(
             (

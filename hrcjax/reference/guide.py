@@ -13,12 +13,12 @@ from hrcjax.reference.clock import Clock, advance
 from hrcjax.reference.motion import Limits, Motion
 from hrcjax.reference.policy import Push, policy_acceleration
 from hrcjax.reference.route import SerialRoute, law_speed
-from hrcjax.reference.safety import Decision, between_factor, governed, path_speed, surface_limit
+from hrcjax.reference.safety import Decision, between_factor, governed, path_speed, speed_scale, surface_limit
 from hrcjax.robot import Arm
 from hrcjax.safety import half_gaps
 from hrcjax.sim import Cell, MotionParams, Params
 from hrcjax.sim.default_parts import PERSON_FADE, PUSH_FADE
-from hrcjax.sim.govern import LOST
+from hrcjax.sim.govern import IN_A_GAP, LOST, RETREAT_TURN
 
 
 class Room(NamedTuple):
@@ -51,7 +51,9 @@ class Approach:
     def limits(self, limit: NDArray) -> NDArray:
         """The limits that control points get; infinite for what is far and has no direction, (point surface) [m/s]."""
         counts = self.lost | _directed(self.g).ravel()
-        return np.where(counts, limit * self.share, np.inf).reshape(self.g.shape[:2])
+        turn = RETREAT_TURN * np.sqrt((self.A * self.A).sum(axis=-1) + 1e-12)
+        given = np.where(limit < 0, np.maximum(limit, -turn), limit * self.share)
+        return np.where(counts, given, np.inf).reshape(self.g.shape[:2])
 
 
 def _directed(g: NDArray) -> NDArray:
@@ -75,12 +77,22 @@ def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     return Approach(distance.ravel(), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J)
 
 
-def govern(params: MotionParams, arm: Arm, qd: NDArray, people: Approach, limit: NDArray, room: Room) -> NDArray:
+def govern(
+    params: MotionParams, arm: Arm, qd: NDArray, people: Approach, limit: NDArray, room: Room, top: float
+) -> NDArray:
     """The joint speeds nearest to those asked for with which every row keeps its limit [rad/s]."""
     standing = towards(arm, room.standing_distance[:, None], room.standing_gradient[:, None], people.J)
     stop = surface_limit(standing.distance, params.surface_brake, params.surface_margin)
     g = np.concatenate([people.g, standing.g], axis=1)
-    return governed(qd, people.J, g, np.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
+    stop = np.where(standing.lost, np.maximum(stop, IN_A_GAP), stop)
+    kept = governed(qd, people.J, g, np.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
+    return slowed(people.J, kept, top)
+
+
+def slowed(J: NDArray, qd: NDArray, top: float) -> NDArray:
+    """The joint speeds with which no point is faster than `top` [rad/s]."""
+    speed = np.linalg.norm(J @ qd, axis=-1)
+    return speed_scale(speed, np.full_like(speed, top)) * qd
 
 
 def repelling(potential: PotentialParams, tool: NDArray, end: NDArray, room: Room) -> tuple[Push, Push]:

@@ -161,16 +161,26 @@ def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
     if not np.isfinite(A).all() or np.isnan(limit).any() or not np.isfinite(qd).all():
         return np.zeros_like(qd)
     counts = np.isfinite(limit) & (np.abs(A).max(axis=1) > 0)
-    A, over = A[counts], A[counts] @ qd - limit[counts]
+    A, limit = A[counts], limit[counts]
+    if (A @ qd <= limit).all():
+        return qd.copy()
+    x = _nearest(qd, A, limit)
+    if (A @ x > limit + APPROACH_TOLERANCE).any():  # a retreat that not all rows allow
+        x = _nearest(qd, A, np.maximum(limit, 0.0))
+    approach, most = A @ x, np.maximum(limit, 0.0) + APPROACH_TOLERANCE
+    late = approach > most
+    return x * min(1.0, (most[late] / approach[late]).min(initial=1.0))
+
+
+def _nearest(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
+    """The nearest x to qd with A x <= limit; 0 where there is none [rad/s]."""
+    over = A @ qd - limit
     if (over <= 0).all():
         return qd.copy()
     E = np.vstack([-A.T, over])
     u, _ = nnls(E, np.append(np.zeros_like(qd), 1.0), maxiter=100 * len(over))
     r = E @ u
-    x = qd + r[:-1] / (1.0 - r[-1]) if r[-1] < 1.0 else np.zeros_like(qd)
-    approach, most = A @ x, np.maximum(limit[counts], 0.0) + APPROACH_TOLERANCE
-    late = approach > most
-    return x * min(1.0, (most[late] / approach[late]).min(initial=1.0))
+    return qd + r[:-1] / (1.0 - r[-1]) if r[-1] < 1.0 else np.zeros_like(qd)
 
 
 def governed(qd: NDArray, J: NDArray, g: NDArray, limit: NDArray) -> NDArray:

@@ -31,14 +31,14 @@ def least_change(
 ) -> Float[Array, "joint"]:
     """The joint speeds nearest to the ones asked for with A . qd' <= limit, within APPROACH_TOLERANCE [rad/s].
 
-    Bit for bit those asked for where they keep all limits. A last scaling holds every limit, whatever the iterations have
-    reached: with limits of 0 or more there is always a way, standing still, and a retreat from all surfaces passes.
-    A row of zeros limits nothing. Differentiable, but where a row begins to count.
+    Bit for bit those asked for where they keep all limits. Where rows with limits below 0 ask for a retreat that others do not
+    allow, their limits count as 0. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
+    always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where a row begins to count.
 
     Args:
         qd: joint speeds asked for [rad/s].
         A: speed of approach of every point to every surface near it, by the joint speeds [m].
-        limit: its largest value; infinite: none [m/s]. Below 0 a retreat is asked for, as fast as the rows together allow.
+        limit: its largest value; infinite: none [m/s]. Below 0 a retreat is asked for.
         W: metric of the change, symmetric and positive definite; None: that of the joints [1].
         iterations: of the active set, each of which takes in or leaves out one row.
 
@@ -48,16 +48,22 @@ def least_change(
     known = jnp.all(jnp.isfinite(A)) & ~jnp.any(jnp.isnan(limit)) & jnp.all(jnp.isfinite(qd))
     A, qd = jnp.where(known, A, 0.0), jnp.where(known, qd, 0.0)
     limit = jnp.clip(jnp.where(known, limit, 0.0), -UNLIMITED, UNLIMITED)
-    if W is None:
-        nearest = _projected(qd, A, limit, iterations)
-    else:
+
+    def nearest(limit: Float[Array, "row"]) -> Float[Array, "joint"]:
+        if W is None:
+            return _projected(qd, A, limit, iterations)
         L = jnp.linalg.cholesky(W)  # |qd' - qd|_W = |L^T (qd' - qd)|
         flat = jax.scipy.linalg.solve_triangular(L, A.T, lower=True).T
-        nearest = jax.scipy.linalg.solve_triangular(L.T, _projected(L.T @ qd, flat, limit, iterations), lower=False)
-    free = jnp.all(_along(A, qd) <= limit)
-    chosen = jnp.where(free, qd, nearest)
+        return jax.scipy.linalg.solve_triangular(L.T, _projected(L.T @ qd, flat, limit, iterations), lower=False)
+
+    retreating = nearest(limit)
+    size = jnp.abs(A).max(axis=1)
+    possible = jnp.all((_along(A, retreating) <= limit + APPROACH_TOLERANCE) | (size == 0))
+    least = jnp.maximum(limit, 0.0)
+    chosen = jnp.where(possible, retreating, nearest(jnp.where(possible, UNLIMITED, least)))
+    chosen = jnp.where(jnp.all(_along(A, qd) <= limit), qd, chosen)
     approach = _along(A, chosen)
-    most = jnp.maximum(limit, 0.0) + APPROACH_TOLERANCE
+    most = least + APPROACH_TOLERANCE
     over = approach > most
     scale = jnp.min(jnp.where(over, most / jnp.where(over, approach, 1.0), 1.0))
     return jnp.where(known & jnp.all(jnp.isfinite(chosen)), scale * chosen, 0.0)

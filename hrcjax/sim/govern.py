@@ -11,8 +11,14 @@ from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Clearance
 from hrcjax.typing import Array, Bool, Float, Joints
 
-LOST = 1.0
+LOST = 5.0
 """A point nearer to a person than this, whose direction is not known, counts with its whole speed [m]."""
+
+
+RETREAT_TURN = 0.5
+"""No retreat is asked for that would need faster joints, together [rad/s]."""
+IN_A_GAP = 0.02
+"""Speed at which a point may move between two surfaces, where the distance has no direction [m/s]."""
 
 
 class Rows(eqx.Module):
@@ -58,22 +64,42 @@ class Rows(eqx.Module):
         """The limits that control points get, so that the links between them keep the given ones; none for what is far and has no
         direction [m/s]."""
         counts = self.lost | has_direction(self.g).reshape(-1)
-        return jnp.where(counts, limit * self.share, jnp.inf).reshape(self.g.shape[:2])
+        # a retreat needs no share, and none is asked for that turns a joint fast
+        turn = RETREAT_TURN * jnp.sqrt(jnp.sum(self.A * self.A, axis=-1) + 1e-12)
+        given = jnp.where(limit < 0, jnp.maximum(limit, -turn), limit * self.share)
+        return jnp.where(counts, given, jnp.inf).reshape(self.g.shape[:2])
 
 
-def govern(params: Params, cell: Cell, qd: Joints, people: Rows, limit: Float[Array, "row"], room: Clearance) -> Joints:
+def govern(
+    params: Params,
+    cell: Cell,
+    qd: Joints,
+    people: Rows,
+    limit: Float[Array, "row"],
+    room: Clearance,
+    top: Float[Array, ""],
+) -> Joints:
     """The joint speeds nearest to those asked for with which every row keeps its limit [rad/s].
 
     Where the geometry of the path is fixed (`Cell.motion` "path") all joints are scaled alike instead. Otherwise what stands
-    limits the speed too: the arm can stop before every surface that the field shows.
+    limits the speed too: the arm can stop before every surface that the field shows. In all ways no point is faster than `top`.
 
     Args:
         qd: joint speeds asked for [rad/s].
         limit: largest approach speed of every row [m/s].
+        top: largest speed of any point in any direction [m/s].
     """
     if cell.motion == "path":
-        return speed_scale(people.speeds(qd), limit * people.share) * qd
+        qd = speed_scale(people.speeds(qd), jnp.maximum(limit, 0.0) * people.share) * qd
+        return slowed(people.J, qd, top)
     standing = Rows.towards(cell.arm, room.standing_distance[:, None], room.standing_gradient[:, None], people.J)
     stop = surface_limit(standing.distance, params.motion.surface_brake, params.motion.surface_margin)
     g = jnp.concatenate([people.g, standing.g], axis=1)
-    return governed(qd, people.J, g, jnp.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
+    stop = jnp.where(standing.lost, jnp.maximum(stop, IN_A_GAP), stop)
+    kept = governed(qd, people.J, g, jnp.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
+    return slowed(people.J, kept, top)
+
+
+def slowed(J: Float[Array, "point 3 joint"], qd: Joints, top: Float[Array, ""]) -> Joints:
+    """The joint speeds, scaled down so that no point is faster than `top` [rad/s]."""
+    return speed_scale(safe_norm(jnp.sum(J * qd, axis=-1)), top) * qd

@@ -52,7 +52,8 @@ def guide(
         hold: stand still.
     """
     motion, dtype = params.motion, arm.q.dtype
-    top = jnp.minimum(motion.speed, decision.speed_limit if decision.any_limit is None else decision.any_limit)
+    top = decision.speed_limit if decision.any_limit is None else decision.any_limit
+    top = jnp.maximum(jnp.minimum(motion.speed, top), 0.0)
     if cell.motion == "reactive":
         return _towards_goal(params, cell, route, clock, arm, room, jnp.where(hold, 0.0, top), limits)
 

@@ -137,5 +137,5 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
         plan_status=run.path.status,
     )
     any_tick = jax.lax.reduce(record.status, jnp.zeros((), jnp.int32), jax.lax.bitwise_or, (0,))
-    no_plan = (run.path.clearance < 0) & ~run.path.clear
+    no_plan = (run.path.clearance < 0) & ~run.path.clear & (cell.motion != "reactive")
     return Outcome(metrics, traces, any_tick, hit, run_into, no_plan)

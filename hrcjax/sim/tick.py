@@ -10,7 +10,7 @@ from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
-from hrcjax.safety import ClockState, guard, initial_clock
+from hrcjax.safety import APPROACH_TOLERANCE, ClockState, guard, initial_clock, speed_scale
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.govern import Rows, govern
 from hrcjax.sim.guide import Guidance, guide
@@ -126,7 +126,10 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
         raise ValueError(
             f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}"
         )
-    unread = ~all_finite(towards_people.distance, approach, decision.speed_limit, decision.point_limit)
+    any_limit = decision.speed_limit if decision.any_limit is None else decision.any_limit
+    unread = ~all_finite(
+        towards_people.distance, approach, room.standing_distance, decision.speed_limit, decision.point_limit, any_limit
+    )
     hold = decision.hold | unread
 
     limits = joint_limits(cell, q.dtype)
@@ -139,8 +142,13 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     brake = full_brake(qd, limits, dt)
     safe, bad = guard(guidance.asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
-    ahead = govern(params, cell, qd + limited * dt, towards_people, decision.point_limit, room)
-    governed = jnp.where(hold, brake, (ahead - qd) / dt)
+    ahead = govern(params, cell, qd + limited * dt, towards_people, decision.point_limit, room, any_limit)
+    limited, _ = limit_acceleration((ahead - qd) / dt, q, qd, limits, dt)
+    # a joint at the end of its range may not do what the others counted on
+    room_left = jnp.maximum(decision.point_limit, 0.0) * towards_people.share + APPROACH_TOLERANCE
+    after = qd + limited * dt
+    after = speed_scale(towards_people.speeds(after), room_left) * after
+    governed = jnp.where(hold, brake, (after - qd) / dt)
     limited, _ = limit_acceleration(governed, q, qd, limits, dt)
     qdd, unbounded = guard(limited, brake)
     bad = bad | unbounded
