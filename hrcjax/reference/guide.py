@@ -1,8 +1,9 @@
 """What the arm is asked to do in a tick, and the speed governor; as `hrcjax.sim.guide` and `hrcjax.sim.govern`."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import exp
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,13 +158,17 @@ def guide(
     return asked, after, place[:3]
 
 
+def _with(params: Any, **values: Any) -> Any:
+    return SimpleNamespace(**{**vars(params), **values})
+
+
 def _policy(
     params: Params, q: NDArray, qd: NDArray, tool: Motion, x: NDArray, xd: NDArray, xdd: NDArray, body: Motion, room: Room,
     limits: JointLimits | Limits, posture: NDArray, end: NDArray,
 ) -> NDArray:  # fmt: skip
     squared = float(((tool.x[0] - end) ** 2).sum())
     push = params.policy.collision.k_rep * squared / (squared + PUSH_FADE**2)
-    policy = replace(params.policy, collision=replace(params.policy.collision, k_rep=push))
+    policy = _with(params.policy, collision=_with(params.policy.collision, k_rep=push))
     return policy_acceleration(
         policy,
         q,

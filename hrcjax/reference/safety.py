@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from hrcjax.safety import APPROACH_TOLERANCE, BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
+from hrcjax.safety.least_change import FASTER
 from hrcjax.safety.zones import RETREAT_RAMP
 
 
@@ -165,11 +166,13 @@ def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
     if (A @ qd <= limit).all():
         return qd.copy()
     x = _nearest(qd, A, limit)
-    if (A @ x > limit + APPROACH_TOLERANCE).any():  # a retreat that not all rows allow
+    fast = np.linalg.norm(x) > np.linalg.norm(qd) + FASTER
+    if fast or (A @ x > limit + APPROACH_TOLERANCE).any():  # a retreat that not all rows allow
         x = _nearest(qd, A, np.maximum(limit, 0.0))
     approach, most = A @ x, np.maximum(limit, 0.0) + APPROACH_TOLERANCE
     late = approach > most
-    return x * min(1.0, (most[late] / approach[late]).min(initial=1.0))
+    within = most[late] - 0.01 * APPROACH_TOLERANCE
+    return x * min(1.0, (within / approach[late]).min(initial=1.0))
 
 
 def _nearest(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:

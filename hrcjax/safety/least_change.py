@@ -18,6 +18,8 @@ from hrcjax.typing import Array, Bool, Float, Int
 APPROACH_TOLERANCE = 0.002
 """An approach may be over its limit by so much [m/s]: S_p of ISO/TS 15066 grows by 0.002 (T_r + (v_h + v_r) / a), 2.2 mm at
 v_h = 2 m/s, v_r = 1 m/s, T_r = 0.1 s and a = 3 m/s^2."""
+FASTER = 1.0
+"""A retreat may make the joints, together, faster than they were asked to be by this [rad/s]."""
 UNLIMITED = 1e3
 """A limit from which on a row is none [m/s]."""
 
@@ -32,7 +34,7 @@ def least_change(
     """The joint speeds nearest to the ones asked for with A . qd' <= limit, within APPROACH_TOLERANCE [rad/s].
 
     Bit for bit those asked for where they keep all limits. Where rows with limits below 0 ask for a retreat that others do not
-    allow, their limits count as 0. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
+    allow, or only with joints faster by `FASTER`, their limits count as 0. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
     always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where a row begins to count.
 
     Args:
@@ -59,13 +61,15 @@ def least_change(
     retreating = nearest(limit)
     size = jnp.abs(A).max(axis=1)
     possible = jnp.all((_along(A, retreating) <= limit + APPROACH_TOLERANCE) | (size == 0))
+    possible = possible & (safe_norm(retreating) <= safe_norm(qd) + FASTER)
     least = jnp.maximum(limit, 0.0)
     chosen = jnp.where(possible, retreating, nearest(jnp.where(possible, UNLIMITED, least)))
     chosen = jnp.where(jnp.all(_along(A, qd) <= limit), qd, chosen)
     approach = _along(A, chosen)
     most = least + APPROACH_TOLERANCE
     over = approach > most
-    scale = jnp.min(jnp.where(over, most / jnp.where(over, approach, 1.0), 1.0))
+    within = least + 0.99 * APPROACH_TOLERANCE  # room for rounding
+    scale = jnp.min(jnp.where(over, within / jnp.where(over, approach, 1.0), 1.0))
     return jnp.where(known & jnp.all(jnp.isfinite(chosen)), scale * chosen, 0.0)
 
 
