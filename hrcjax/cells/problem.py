@@ -47,6 +47,8 @@ def build_problem(
     chosen = {"backend": backend, "motion": motion}
     cell = replace(named.cell, **{name: value for name, value in chosen.items() if value is not None})
     cell = replace(cell, people=max(cell.people, *(len(people_of(name)) for name in people)))
+    most = max(int(np.sum(scene_named(scene, seed).mask)) for scene, seed in product(scenes, seeds))
+    cell = replace(cell, obstacles=max(most, 1))
     named = replace(named, cell=cell)
     check_cell(named)
     duration = cell.ticks * cell.dt
@@ -76,7 +78,7 @@ def build_problem(
         rank="score_sound",
         trade_off=("tool_length", "tool_bending_energy", "clearance"),
         statuses=STATUSES,
-        identity=named.identity and f"{named.identity} {cell.backend} {cell.motion} {cell.people}",
+        identity=named.identity and f"{named.identity} {cell.backend} {cell.motion} {cell.people} {cell.obstacles}",
         code=cell_digest(named),
         open_ended=frozenset({"clearance", "separation"}),
         describe=describe,

@@ -16,7 +16,7 @@ from hrcjax.sim.parts import FieldPart, PlanFn, PolicyFn, SafetyPart
 from hrcjax.sim.sensing import MOVING_CAPACITY, Frames
 from hrcjax.sim.survey import SCENE_LAYOUT
 from hrcjax.typing import Array, Float, Int, Joints
-from hrcjax.world import Person, Scene
+from hrcjax.world import CAPACITY, Person, Scene
 
 TOOL_REACH = 0.5
 """Distance of the two points that fix the tool's orientation, along its x and y axes (as in the HRI paper's system) [m]."""
@@ -77,6 +77,8 @@ class Cell:
     moving_points: int = MOVING_CAPACITY
     """Capacity of the cloud of moving points, per person. The points nearest to the robot's base are kept; the others are
     farther from it, which bounds their distance."""
+    obstacles: int = CAPACITY
+    """Obstacles that the planner is given, the first of the scene: its time grows with them."""
     people: int = 1
     """Largest number of people in the cell at once."""
     layout: MapLayout = SCENE_LAYOUT

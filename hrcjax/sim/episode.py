@@ -14,6 +14,7 @@ from hrcjax.sim.route import Route, make_route
 from hrcjax.sim.sensing import Frames
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
 from hrcjax.typing import Array, Int, Joints
+from hrcjax.world import first_obstacles
 
 
 class Episode(eqx.Module):
@@ -34,7 +35,7 @@ def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
 
 def task_of(params: Params, cell: Cell, world: World) -> Task:
     """The planning problem of a world."""
-    return Task(world.known, world.q_start, params.potential, cell.arm)
+    return Task(first_obstacles(world.known, cell.obstacles), world.q_start, params.potential, cell.arm)
 
 
 def plan_route(params: Params, cell: Cell, task: Task) -> tuple[PathResult, Route]:

@@ -7,13 +7,14 @@ from hrcjax.world.scene import (
     Scene,
     capsules_obstacle_distances,
     capsules_scene_distance,
+    first_obstacles,
     obstacle_distances,
     scene_distance,
 )
-from hrcjax.world.scenes import SCENES, clutter, hri, robotica, scene_named
+from hrcjax.world.scenes import CAPACITY, SCENES, clutter, hri, robotica, scene_named
 
 __all__ = [
-    "MOTIONS", "SCENES", "Person", "Scene", "capsules_obstacle_distances", "capsules_scene_distance", "clutter", "hri",
+    "CAPACITY", "MOTIONS", "SCENES", "Person", "Scene", "capsules_obstacle_distances", "capsules_scene_distance", "clutter", "first_obstacles", "hri",
     "motion_named", "obstacle_distances", "person_at", "person_from_joints", "robotica", "scene_distance", "scene_named",
     "together",
 ]  # fmt: skip

@@ -49,6 +49,14 @@ class Scene(eqx.Module):
     """Its greatest corner [m]."""
 
 
+def first_obstacles(scene: Scene, count: int) -> Scene:
+    """The same scene with room for the first `count` obstacles alone: obstacles come before free places."""
+    names = ("kind", "center", "size", "yaw", "radius", "mask")
+    return eqx.tree_at(
+        lambda s: [getattr(s, name) for name in names], scene, [getattr(scene, name)[:count] for name in names]
+    )
+
+
 def obstacle_distance(
     kind: Int[Array, ""], center: Vector3, size: Vector3, yaw: Scalar, x: Vector3
 ) -> Float[Array, ""]:
