@@ -208,7 +208,7 @@ def _sound(
 
 
 def _touched(run: Run, yardstick: Yardstick) -> Bool[Array, ""]:
-    """Whether the arm touched an obstacle, or the person while it moved, in the whole episode."""
+    """Whether arm and obstacle, or arm and person, touched; of samples alone, the person only while the arm moved."""
     person = run.touched
     if person is None:
         moving = jnp.max(jnp.abs(run.qd[:: run.stride]), axis=1) > yardstick.moving

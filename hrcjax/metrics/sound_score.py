@@ -122,7 +122,7 @@ def sound_score(params: SoundScoreParams, success: Bool[Array, ""], terms: Sound
     """The score, out of 100. Not finite if: all weights are 0.
 
     Args:
-        success: arrived, and no contact with an obstacle, nor with a person while the arm moved.
+        success: arrived, and no contact with an obstacle, nor with a person.
         terms: each out of 100.
     """
     names = ("clearance", "separation", "time", "jerk", "energy")

@@ -1,0 +1,98 @@
+"""The speed governor of a tick: speeds in any direction, retreats that are asked for, and gaps."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.cells import make_cell
+from hrcjax.robot import control_points
+from hrcjax.safety import APPROACH_TOLERANCE
+from hrcjax.safety.least_change import FASTER, least_change
+from hrcjax.sim import Clearance, Params
+from hrcjax.sim.govern import IN_A_GAP, RETREAT_TURN, Rows, govern
+
+CELL = make_cell()
+HOME = jnp.asarray(CELL.arm.home)
+POINTS = len(CELL.arm.control_links)
+J = jnp.asarray(jax.jit(jax.jacfwd(lambda q: control_points(CELL.arm, q)))(HOME))
+
+
+def beside(person, standing=None, slope=None):
+    """The rows towards a person at a place, and the room of the arm at home."""
+    way = control_points(CELL.arm, HOME) - jnp.asarray(person)
+    reach = jnp.linalg.norm(way, axis=1)
+    g, d = way / reach[:, None], reach - 0.1
+    far, up = jnp.full(POINTS, 1.0), jnp.tile(jnp.asarray([0.0, 0.0, 1.0]), (POINTS, 1))
+    room = Clearance(d, g, d, g, far if standing is None else standing, up if slope is None else slope)
+    return Rows.towards(CELL.arm, d[:, None], g[:, None], J), room
+
+
+@jax.jit
+def both(qd, rows, limit, room, top):
+    return govern(Params(), CELL, qd, rows, limit, room, top)
+
+
+def speeds(qd):
+    return np.linalg.norm(np.asarray(J) @ np.asarray(qd), axis=1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_point_is_faster_than_the_zone_allows_in_any_direction(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows, room = beside(rng.uniform(-1.0, 1.0, 3) + [0, 1.5, 0.3])
+    qd = jnp.asarray(rng.normal(size=6) * 2)
+    for mode in (CELL, replace(CELL, motion="path")):
+        got = govern(Params(), mode, qd, rows, jnp.full(POINTS, 10.0), room, jnp.asarray(0.25))
+        assert speeds(got).max() <= 0.25 + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_retreat_that_is_asked_for_turns_no_joint_fast(seed: int) -> None:
+    """Wherever the person is: people at the axis of a joint cannot be retreated from by turning it."""
+    rng = np.random.default_rng(seed)
+    rows, room = beside(rng.uniform([-0.4, -0.3, 0.0], [0.9, 0.5, 0.7]))
+    got = np.asarray(both(jnp.zeros(6), rows, jnp.full(POINTS, -0.15), room, jnp.asarray(0.25)))
+    assert speeds(got).max() <= 0.25 + 1e-9 and np.linalg.norm(got) <= FASTER + 1e-9
+    assert np.asarray(rows.A @ got).max() <= APPROACH_TOLERANCE
+
+
+def test_it_retreats_where_that_is_possible() -> None:
+    """Somebody in front of the tool alone: it goes away at the speed that is asked for."""
+    rows, room = beside(control_points(CELL.arm, HOME)[-1] + jnp.asarray([0.35, 0.0, -0.1]))
+    limit = jnp.where(rows.distance < 0.36, -0.1, 1.0)
+    got = both(jnp.zeros(6), rows, limit, room, jnp.asarray(10.0))
+    nearest = int(jnp.argmin(rows.distance))
+    wanted = max(-0.1, -RETREAT_TURN * float(jnp.linalg.norm(rows.A[nearest])))
+    assert float(limit[nearest]) < 0 and float(rows.A[nearest] @ got) <= wanted + 1e-6
+
+
+def test_between_people_on_both_sides_the_arm_stands() -> None:
+    """Each asks for a retreat that approaches the other; what was asked for before stays, where nobody is in its way."""
+    A = jnp.asarray([[1.0, 0, 0, 0, 0, 0], [-1.0, 0, 0, 0, 0, 0]])
+    got = jax.jit(least_change)(jnp.asarray([0.5, 0.3, 0, 0, 0, 0]), A, jnp.asarray([-0.1, -0.1]))
+    np.testing.assert_allclose(got, [0, 0.3, 0, 0, 0, 0], atol=1e-6)
+    almost = A.at[1, 1].set(0.02)
+    fast = jax.jit(least_change)(jnp.zeros(6), almost, jnp.asarray([-0.15, -0.15]))
+    assert np.linalg.norm(fast) <= FASTER and np.asarray(almost @ fast).max() <= APPROACH_TOLERANCE
+
+
+def test_a_retreat_is_not_weakened_near_contact() -> None:
+    """A limit of approach is, so that the link between two control points keeps it."""
+    rows, _ = beside(np.asarray(control_points(CELL.arm, HOME))[8] + [0.0, 0.12, 0.0])
+    near = int(jnp.argmin(rows.distance))
+    asked, allowed = rows.limits(jnp.full(POINTS, -0.01)), rows.limits(jnp.full(POINTS, 0.01))
+    assert float(rows.share[near]) < 0.99
+    np.testing.assert_allclose(asked[near], -0.01)
+    np.testing.assert_allclose(allowed[near], 0.01 * rows.share[near])
+
+
+def test_a_gap_does_not_hold_the_arm_for_ever() -> None:
+    """One point between two surfaces, where the distance has no direction: it may move, slowly."""
+    d = jnp.full(POINTS, 1.0).at[POINTS - 1].set(-0.001)
+    slope = jnp.tile(jnp.asarray([0.0, 0.0, 1.0]), (POINTS, 1)).at[POINTS - 1].set(jnp.asarray([0.0, 0.3, 0.0]))
+    rows, room = beside([3.0, 3.0, 0.5], d, slope)
+    got = both(jnp.asarray([0.5, 0.1, 0, 0, 0, 0]), rows, jnp.full(POINTS, 1.0), room, jnp.asarray(1.0))
+    assert 0.5 * IN_A_GAP < speeds(got)[POINTS - 1] <= IN_A_GAP + 1e-9
