@@ -42,7 +42,7 @@ def speeds(qd):
 @pytest.mark.parametrize("seed", range(6))
 def test_no_point_is_faster_than_the_zone_allows_in_any_direction(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    rows, room = beside(rng.uniform(-1.0, 1.0, 3) + [0, 1.5, 0.3])
+    rows, room = beside(rng.uniform(-1.0, 1.0, 3) + np.array([0.0, 1.5, 0.3]))
     qd = jnp.asarray(rng.normal(size=6) * 2)
     for mode in (CELL, replace(CELL, motion="path")):
         got = govern(Params(), mode, qd, rows, jnp.full(POINTS, 10.0), room, jnp.asarray(0.25))
