@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 from hrcjax.safety import APPROACH_TOLERANCE, BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
 from hrcjax.safety.least_change import FASTER
-from hrcjax.safety.zones import RETREAT_RAMP
+from hrcjax.safety.zones import RETREAT_RAMP, RETREAT_WIDTH
 
 
 class Zone(NamedTuple):
@@ -125,6 +125,7 @@ class Monitor:
             limit = np.minimum(limit, allowed_speeds(params.ssm, d, params.zone.hysteresis))
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
             limit = limit - params.zone.retreat_speed * np.clip((self.stop - d) / RETREAT_RAMP, 0.0, 1.0)
+            limit = np.where(d <= d.min() + RETREAT_WIDTH, limit, np.maximum(limit, 0.0))
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)

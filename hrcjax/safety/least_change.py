@@ -18,7 +18,7 @@ from hrcjax.typing import Array, Bool, Float, Int
 APPROACH_TOLERANCE = 0.002
 """An approach may be over its limit by so much [m/s]: S_p of ISO/TS 15066 grows by 0.002 (T_r + (v_h + v_r) / a), 2.2 mm at
 v_h = 2 m/s, v_r = 1 m/s, T_r = 0.1 s and a = 3 m/s^2."""
-FASTER = 1.0
+FASTER = 1.5
 """A retreat may make the joints, together, faster than they were asked to be by this [rad/s]."""
 UNLIMITED = 1e3
 """A limit from which on a row is none [m/s]."""

@@ -8,7 +8,17 @@ from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
-from hrcjax.safety.zones import GREEN, RED, STOP, YELLOW, ZoneState, update_zone, zone_speed, zone_thresholds
+from hrcjax.safety.zones import (
+    GREEN,
+    RED,
+    RETREAT_WIDTH,
+    STOP,
+    YELLOW,
+    ZoneState,
+    update_zone,
+    zone_speed,
+    zone_thresholds,
+)
 from hrcjax.typing import Array, Bool, Float, Int, Scalar
 
 OLD_DATA = 1
@@ -99,6 +109,8 @@ def monitor(
         return zone_speed(params, state.zone, one, pfl_speed, person)
 
     limit = jax.vmap(point_limit)(d)
+    # only the nearest points are asked to retreat: all at once often cannot, and would hold the one that can
+    limit = jnp.where(d <= nearest + RETREAT_WIDTH, limit, jnp.maximum(limit, 0.0))
     limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
     limit = jnp.where(hold, 0.0, limit)
 

@@ -16,6 +16,8 @@ YELLOW = 1
 RED = 2
 STOP = 3
 ZONE_NAMES = ("green", "yellow", "red", "stop")
+RETREAT_WIDTH = 0.01
+"""Points farther than the nearest by more than this are not asked to retreat [m]."""
 RETREAT_RAMP = 0.1
 """How far below S_p(0) a point is when it is asked to retreat at the whole retreat speed [m]."""
 
