@@ -173,7 +173,7 @@ def test_speeds() -> None:
     np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(RED), 0.4), allowed_speed(PARAMS.ssm, 0.4), rtol=1e-12)
     for d, pfl, expected in ((3.0, 0.2, 0.2), (3.0, None, 0.25), (0.41, None, 0.0), (0.37, None, 0.0)):
         assert zone_speed(PARAMS, jnp.asarray(STOP), d, pfl) == expected
-    for d, expected in ((0.31, -0.075), (0.26, -0.15), (0.0, -0.15), (-0.2, -0.15)):  # S_p(0) is 0.36 m
+    for d, expected in ((0.31, -0.05), (0.26, -0.1), (0.0, -0.1), (-0.2, -0.1)):  # S_p(0) is 0.36 m
         np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(STOP), d), expected, atol=1e-12)
     assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, None, 0.0) > zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8)
 
