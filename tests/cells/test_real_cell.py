@@ -64,7 +64,7 @@ def results(cell_and_world):
         "potential.zeta": [0.5, 5.0, 5.0, 5.0],
         "potential.k_att": [0.2, 0.03, 0.2, 0.2],
         "motion.speed": [0.4, 0.4, 0.4, 0.4],
-        "policy.target.kp": [2.0, 2.0, 2.0, np.nan],
+        "policy.target.kp": [10.0, 10.0, 10.0, np.nan],
         "field.length_scale": [Params().field.length_scale]
         * 4,  # each setting fits its own fields; the noise is shared
     }
@@ -96,9 +96,7 @@ def test_status_says_what_happened(cell_and_world, results) -> None:
     np.testing.assert_allclose(out["tool"][2, -1], np.asarray(world.scene.goal), atol=0.02)
     assert (out["zone"] == 0).all()  # nobody there: green
     assert np.isnan(out["separation"]).all()
-    assert out["plan_status"].tolist()[:3] == [15, 13, 13], (
-        "five radii are not to be had for a whole arm, and the plan says so"
-    )
+    assert out["plan_status"].tolist()[:3] == [15, 15, 15]  # where five radii are not to be had, what can be had counts
     seldom = out["clearance_t"].min(axis=1)  # of every tenth tick
     assert (out["clearance"] <= seldom).all() and (seldom - out["clearance"] < 0.01).all()
     np.testing.assert_allclose(out["speed"][2].max(), 0.4, atol=0.02)
@@ -106,9 +104,9 @@ def test_status_says_what_happened(cell_and_world, results) -> None:
 
 @pytest.mark.slow
 def test_status_of_an_obstacle_that_nobody_knew(cell_and_world, results) -> None:
-    """The columns are 8 cm thicker than cameras and planner say: touched by all that pass them."""
+    """The columns are 16 cm thicker than cameras and planner say: touched by all that pass them."""
     _, world = cell_and_world
-    out = results(eqx.tree_at(lambda w: w.scene.size, world, world.scene.size.at[:, 0].add(0.08)))
+    out = results(eqx.tree_at(lambda w: w.scene.size, world, world.scene.size.at[:, 0].add(0.16)))
     assert out["status"].tolist() == [2, 2, 2, NOT_FINITE] and (out["clearance"][:3] < 0).all()
     assert STATUSES[2] == "the arm touched an obstacle"
 
