@@ -36,7 +36,7 @@ if run is None:
     from experiments.sweep.__main__ import main
 
     run = str(root / "runs" / "notebook-knobs")
-    grid = ["K_att=log:0.03:0.2:4", "K_rep=log:1e-6:5e-4:4", "zeta=lin:2:4:3"]
+    grid = ["K_att=log:0.03:0.2:4", "K_rep=log:1e-6:1e-3:4", "zeta=lin:2:4:3"]
     status = main(["--grid", *grid, "--no-figures", "--out", run])
     if status not in (0, 3):
         raise SystemExit(f"the sweep ended with status {status}")

@@ -20,7 +20,7 @@ from hrcjax.metrics import METRICS
 from hrcjax.sweeps.sweepable import Metric, Sweepable
 from hrcjax.world import MOTIONS, scene_named
 
-BYTES_PER_TICK = 1700
+BYTES_PER_TICK = 2200
 """Memory per tick and setting while a chunk runs, measured [bytes]."""
 
 

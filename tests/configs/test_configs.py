@@ -22,7 +22,7 @@ def test_the_paper_sweep_is_the_default_of_the_program() -> None:
 def test_what_a_file_says_is_what_the_program_gets() -> None:
     people = parse(["--config", "people"])
     assert people.person == ("reach_in", "pass_by", "stand_and_work", "nobody") and people.seed == (0, 1, 2)
-    assert people.grid == ("K_rep=log:1e-6:5e-4:8", "zeta=lin:1.5:5:8") and people.scene == ("robotica",)
+    assert people.grid == ("K_rep=log:1e-6:1e-3:8", "zeta=lin:1.5:5:8") and people.scene == ("robotica",)
     assert parse(["--config", "quick"]).quick
 
 
