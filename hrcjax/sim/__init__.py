@@ -4,7 +4,6 @@ from hrcjax.sim.cell import Cell, World
 from hrcjax.sim.default_parts import (
     ARM_PLANNER,
     GP_FIELD,
-    POTENTIAL_PLANNER,
     SEPARATION_MONITOR,
     arm_planner,
     fit_fields,
@@ -13,7 +12,7 @@ from hrcjax.sim.default_parts import (
     rmp_policy,
     separation_monitor,
 )
-from hrcjax.sim.episode import Episode, episode, follow, plan_path
+from hrcjax.sim.episode import Episode, episode, follow
 from hrcjax.sim.outcome import Outcome, Traces, outcome
 from hrcjax.sim.params import MotionParams, Params
 from hrcjax.sim.parts import (
@@ -33,4 +32,4 @@ from hrcjax.sim.sensing import Frames, sense_sequence
 from hrcjax.sim.survey import SCENE_LAYOUT, SenseParams, Survey
 from hrcjax.sim.tick import Record, Sensed, TickState, tick
 
-__all__ = ["ARM_PLANNER", "GP_FIELD", "POTENTIAL_PLANNER", "SCENE_LAYOUT", "SEPARATION_MONITOR", "ArmMotion", "Cell", "Clearance", "Episode", "FieldPart", "Fields", "Frames", "Goal", "MotionParams", "Outcome", "Params", "Reading", "Record", "SafetyPart", "SenseParams", "Sensed", "Separation", "Survey", "Task", "TickState", "Traces", "World", "arm_planner", "episode", "fit_fields", "follow", "make_world", "outcome", "path_through", "plan_path", "potential_planner", "read_fields", "rmp_policy", "sense_sequence", "separation_monitor", "tick"]  # fmt: skip
+__all__ = ["ARM_PLANNER", "GP_FIELD", "SCENE_LAYOUT", "SEPARATION_MONITOR", "ArmMotion", "Cell", "Clearance", "Episode", "FieldPart", "Fields", "Frames", "Goal", "MotionParams", "Outcome", "Params", "Reading", "Record", "SafetyPart", "SenseParams", "Sensed", "Separation", "Survey", "Task", "TickState", "Traces", "World", "arm_planner", "episode", "fit_fields", "follow", "make_world", "outcome", "path_through", "potential_planner", "read_fields", "rmp_policy", "sense_sequence", "separation_monitor", "tick"]  # fmt: skip

@@ -240,7 +240,6 @@ def separation_monitor(
     )  # fmt: skip
 
 
-POTENTIAL_PLANNER = potential_planner()
 ARM_PLANNER = arm_planner()
 GP_FIELD = FieldPart(fit_fields, read_fields)
 SEPARATION_MONITOR = SafetyPart(initial_zone, separation_monitor, lambda params: params.ssm)

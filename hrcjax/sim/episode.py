@@ -28,13 +28,8 @@ class Episode(eqx.Module):
     """The state after the last tick."""
 
 
-def plan_path(params: Params, cell: Cell, world: World) -> PathResult:
-    """The tool path through the known obstacles (the task-space map, given, not sensed)."""
-    return cell.plan(params.plan, task_of(params, cell, world))
-
-
 def task_of(params: Params, cell: Cell, world: World) -> Task:
-    """The planning problem of a world."""
+    """The planning problem of a world: its known obstacles (the task-space map, given, not sensed)."""
     return Task(first_obstacles(world.known, cell.obstacles), world.q_start, params.potential, cell.arm)
 
 

@@ -70,7 +70,7 @@ class Reading(eqx.Module):
     """Reading of the field at one point. Gradients point away from the surface.
 
     Of people there may be one surface, of shape (), or some near ones in different directions, of shape (surface,), the
-    nearest first: `surfaces` takes both.
+    nearest first.
     """
 
     distance: Float[Array, "*point"]
@@ -86,22 +86,6 @@ class Reading(eqx.Module):
     """Distance to what stands, without people; None: that to everything counts [m]."""
     standing_gradient: Float[Array, "*point 3"] | None = None
     """Its gradient [1]. Between two surfaces it is short, and has no direction: there the whole speed of a point counts as approach."""
-
-    def surfaces(self) -> tuple[Float[Array, "surface"], Float[Array, "surface 3"]]:
-        """Distances [m] and gradients [1] of the person's surfaces at one point, also where the part reads only one."""
-        return jnp.atleast_1d(self.person_distance), jnp.atleast_2d(self.person_gradient)
-
-    def standing(self) -> tuple[Float[Array, ""], Vector3]:
-        """Distance [m] and gradient [1] of what stands at one point; of everything, where the part reads no other."""
-        if self.standing_distance is None or self.standing_gradient is None:
-            return self.distance, unit_where_long(self.gradient)
-        return self.standing_distance, self.standing_gradient
-
-
-def nearest_surface(reading: Reading) -> Reading:
-    """The reading with the nearest of the person's surfaces alone, of shape ()."""
-    d, g = reading.surfaces()
-    return eqx.tree_at(lambda r: (r.person_distance, r.person_gradient), reading, (d[0], g[0]))
 
 
 def unit_where_long(g: Float[Array, "*point 3"]) -> Float[Array, "*point 3"]:
@@ -123,8 +107,8 @@ class FieldPart:
     fit: FitFn
     read: ReadFn
     unit_gradients: bool = True
-    """Whether the tick makes the gradient of the distance to the person a unit vector, wherever it is at least 1/2 long:
-    approach and speed governor measure along it, and a shorter one would let the arm approach too fast."""
+    """Whether the policy gets the gradient of the distance to the person as a unit vector, wherever it is at least 1/2 long.
+    Approach and speed governor always measure along the unit vector: a shorter one would let the arm approach too fast."""
 
 
 class ArmMotion(eqx.Module):

@@ -83,6 +83,13 @@ def test_hold_stops_a_retreat_too_and_closeness_does_not() -> None:
     assert near.zone == STOP and near.scale == 1 and not near.hold
 
 
+def test_only_the_nearest_points_are_asked_to_retreat() -> None:
+    """Another one that is too near as well must just not approach."""
+    _, decision = decide(d=(0.05, 0.055, 0.1), v_r=(0.0, 0.0, 0.0))
+    assert decision.point_limit[0] < 0 and decision.point_limit[1] < 0 and decision.point_limit[2] == 0
+    assert decision.speed_limit == 0
+
+
 def test_no_silent_continuation() -> None:
     """After a stop the robot waits, and says so, until the person has stayed away: far points at the reduced speed of 0.25 m/s,
     half of 0.5, a point within the hysteresis not at all."""
