@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from hrcjax.safety import APPROACH_TOLERANCE, BODY_REGIONS, GREEN, RED, STOP, YELLOW, PflParams, SafetyParams, SsmParams
-from hrcjax.safety.least_change import FASTER
-from hrcjax.safety.zones import RETREAT_RAMP, RETREAT_WIDTH
+from hrcjax.safety.least_change import EFFORT
+from hrcjax.safety.zones import BEYOND_STOP, RETREAT_RAMP, RETREAT_WIDTH
 
 
 class Zone(NamedTuple):
@@ -124,8 +124,10 @@ class Monitor:
         if state.zone == STOP:
             limit = np.minimum(limit, allowed_speeds(params.ssm, d, params.zone.hysteresis))
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
-            limit = limit - params.zone.retreat_speed * np.clip((self.stop - d) / RETREAT_RAMP, 0.0, 1.0)
-            limit = np.where(d <= d.min() + RETREAT_WIDTH, limit, np.maximum(limit, 0.0))
+            ends = self.stop + params.zone.hysteresis + BEYOND_STOP
+            limit = limit - params.zone.retreat_speed * np.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
+            share = np.clip(1.0 - (d - d.min()) / RETREAT_WIDTH, 0.0, 1.0)
+            limit = np.where(limit < 0, share * limit, limit)
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)
@@ -152,8 +154,7 @@ def speed_scale(approach: NDArray, limit: NDArray) -> float:
 def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
     """The nearest x to qd with A x <= limit; 0 where a number is missing [rad/s].
 
-    As a least-distance problem (Lawson and Hanson, ch. 23): with z = x - qd and h = A qd - limit, the z of least length with
-    -A z >= h follows from the residual r of min |E u - (0, 1)| over u >= 0, E = (-A^T; h^T), as -r_z / r_1.
+    Limits below 0 count (1 - s) limit, where giving a retreat up by s costs (EFFORT s)^2.
 
     Args:
         qd: desired joint speeds [rad/s].
@@ -166,10 +167,9 @@ def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
     A, limit = A[counts], limit[counts]
     if (A @ qd <= limit).all():
         return qd.copy()
-    x = _nearest(qd, A, limit)
-    fast = np.linalg.norm(x) > np.linalg.norm(qd) + FASTER
-    if fast or (A @ x > limit + APPROACH_TOLERANCE).any():  # a retreat that not all rows allow
-        x = _nearest(qd, A, np.maximum(limit, 0.0))
+    given_up = np.append(np.minimum(limit, 0.0) / EFFORT, 1.0)  # with EFFORT s as one more unknown, at most EFFORT
+    rows = np.column_stack([np.vstack([A, np.zeros_like(qd)]), given_up])
+    x = _nearest(np.append(qd, 0.0), rows, np.append(limit, EFFORT))[:-1]
     approach, most = A @ x, np.maximum(limit, 0.0) + APPROACH_TOLERANCE
     late = approach > most
     within = most[late] - 0.01 * APPROACH_TOLERANCE
@@ -177,7 +177,11 @@ def least_change(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
 
 
 def _nearest(qd: NDArray, A: NDArray, limit: NDArray) -> NDArray:
-    """The nearest x to qd with A x <= limit; 0 where there is none [rad/s]."""
+    """The nearest x to qd with A x <= limit; 0 where there is none [rad/s].
+
+    As a least-distance problem (Lawson and Hanson, ch. 23): with z = x - qd and h = A qd - limit, the z of least length with
+    -A z >= h follows from the residual r of min |E u - (0, 1)| over u >= 0, E = (-A^T; h^T), as -r_z / r_1.
+    """
     over = A @ qd - limit
     if (over <= 0).all():
         return qd.copy()

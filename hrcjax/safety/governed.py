@@ -43,7 +43,6 @@ def governed(
     J: Float[Array, "point 3 joint"],
     g: Float[Array, "point surface 3"],
     limit: Float[Array, "point surface"],
-    W: Float[Array, "joint joint"] | None = None,
     iterations: int = 24,
 ) -> Float[Array, "joint"]:
     """The joint speeds nearest to the ones asked for with which every point approaches every surface within its limit [rad/s].
@@ -56,10 +55,9 @@ def governed(
         J: Jacobians of the points' positions [m].
         g: gradient of the distance to every surface near a point [1].
         limit: largest speed of approach [m/s].
-        W: metric of the change; None: that of the joints [1].
         iterations: as `least_change`.
     """
-    changed = least_change(qd, approach_rows(J, g), limit.reshape(-1), W, iterations)
+    changed = least_change(qd, approach_rows(J, g), limit.reshape(-1), iterations)
     least = jnp.min(jnp.where(has_direction(g), jnp.inf, limit), axis=1)  # NaN if any is
     speed = safe_norm(jnp.sum(J * changed, axis=-1))
     return speed_scale(speed, least) * changed

@@ -4,7 +4,7 @@ With a row a_k = -g_k^T J_k for every control point and surface near it, a_k . q
 
     min |qd' - qd|^2 / 2   such that   a_k . qd' <= limit_k for all k
 
-is a quadratic program of six unknowns. Its dual, min y^T (A A^T) y / 2 - y^T (A qd - limit) over y >= 0, is solved by an
+is a quadratic program of six unknowns; a retreat that is asked for and may be given up adds one. Its dual, min y^T (A A^T) y / 2 - y^T (A qd - limit) over y >= 0, is solved by an
 active-set method (Lawson and Hanson, Solving Least Squares Problems, ch. 23) with few rows at a time: scalars written out,
 which `vmap` turns into vectors. Where it is at rest, no row is active and the command passes unchanged.
 """
@@ -18,30 +18,30 @@ from hrcjax.typing import Array, Bool, Float, Int
 APPROACH_TOLERANCE = 0.002
 """An approach may be over its limit by so much [m/s]: S_p of ISO/TS 15066 grows by 0.002 (T_r + (v_h + v_r) / a), 2.2 mm at
 v_h = 2 m/s, v_r = 1 m/s, T_r = 0.1 s and a = 3 m/s^2."""
-FASTER = 1.5
-"""A retreat may make the joints, together, faster than they were asked to be by this [rad/s]."""
+EFFORT = 1.5
+"""Change of the joint speeds, together, that a whole retreat is worth [rad/s]."""
 UNLIMITED = 1e3
 """A limit from which on a row is none [m/s]."""
 
 
 def least_change(
-    qd: Float[Array, "joint"],
-    A: Float[Array, "row joint"],
-    limit: Float[Array, "row"],
-    W: Float[Array, "joint joint"] | None = None,
-    iterations: int = 24,
+    qd: Float[Array, "joint"], A: Float[Array, "row joint"], limit: Float[Array, "row"], iterations: int = 24
 ) -> Float[Array, "joint"]:
     """The joint speeds nearest to the ones asked for with A . qd' <= limit, within APPROACH_TOLERANCE [rad/s].
 
-    Bit for bit those asked for where they keep all limits. Where rows with limits below 0 ask for a retreat that others do not
-    allow, or only with joints faster by `FASTER`, their limits count as 0. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
-    always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where a row begins to count.
+    Bit for bit those asked for where they keep all limits. Limits below 0 ask for a retreat, as far as the others allow it and it
+    is worth its effort: each counts (1 - s) limit, with one s in [0, 1] for all and
+
+        min |qd' - qd|^2 + EFFORT^2 s^2.
+
+    With s = 1 they count as 0. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
+    always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where
+    a row begins to count.
 
     Args:
         qd: joint speeds asked for [rad/s].
         A: speed of approach of every point to every surface near it, by the joint speeds [m].
         limit: its largest value; infinite: none [m/s]. Below 0 a retreat is asked for.
-        W: metric of the change, symmetric and positive definite; None: that of the joints [1].
         iterations: of the active set, each of which takes in or leaves out one row.
 
     Returns:
@@ -50,22 +50,16 @@ def least_change(
     known = jnp.all(jnp.isfinite(A)) & ~jnp.any(jnp.isnan(limit)) & jnp.all(jnp.isfinite(qd))
     A, qd = jnp.where(known, A, 0.0), jnp.where(known, qd, 0.0)
     limit = jnp.clip(jnp.where(known, limit, 0.0), -UNLIMITED, UNLIMITED)
-
-    def nearest(limit: Float[Array, "row"]) -> Float[Array, "joint"]:
-        if W is None:
-            return _projected(qd, A, limit, iterations)
-        L = jnp.linalg.cholesky(W)  # |qd' - qd|_W = |L^T (qd' - qd)|
-        flat = jax.scipy.linalg.solve_triangular(L, A.T, lower=True).T
-        return jax.scipy.linalg.solve_triangular(L.T, _projected(L.T @ qd, flat, limit, iterations), lower=False)
-
-    retreating = nearest(limit)
-    size = jnp.abs(A).max(axis=1)
-    possible = jnp.all((_along(A, retreating) <= limit + APPROACH_TOLERANCE) | (size == 0))
-    possible = possible & (safe_norm(retreating) <= safe_norm(qd) + FASTER)
-    least = jnp.maximum(limit, 0.0)
-    chosen = jnp.where(possible, retreating, nearest(jnp.where(possible, UNLIMITED, least)))
+    limit = jnp.where(jnp.any(A != 0, axis=1), limit, 0.0)
+    # one more unknown, EFFORT s
+    count = qd.shape[0]
+    yielding = jnp.append(jnp.minimum(limit, 0.0) / EFFORT, 1.0)
+    rows = jnp.concatenate([A, jnp.zeros((1, count), A.dtype)])
+    rows = jnp.concatenate([rows, yielding[:, None]], axis=1)
+    chosen = _projected(jnp.append(qd, 0.0), rows, jnp.append(limit, EFFORT), iterations)[:count]
     chosen = jnp.where(jnp.all(_along(A, qd) <= limit), qd, chosen)
     approach = _along(A, chosen)
+    least = jnp.maximum(limit, 0.0)
     most = least + APPROACH_TOLERANCE
     over = approach > most
     within = least + 0.99 * APPROACH_TOLERANCE  # room for rounding

@@ -110,7 +110,8 @@ def monitor(
 
     limit = jax.vmap(point_limit)(d)
     # only the nearest points are asked to retreat: all at once often cannot, and would hold the one that can
-    limit = jnp.where(d <= nearest + RETREAT_WIDTH, limit, jnp.maximum(limit, 0.0))
+    share = jnp.clip(1.0 - (d - nearest) / RETREAT_WIDTH, 0.0, 1.0)
+    limit = jnp.where(limit < 0, share * limit, limit)
     limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
     limit = jnp.where(hold, 0.0, limit)
 

@@ -16,10 +16,12 @@ YELLOW = 1
 RED = 2
 STOP = 3
 ZONE_NAMES = ("green", "yellow", "red", "stop")
-RETREAT_WIDTH = 0.01
+RETREAT_WIDTH = 0.02
 """Points farther than the nearest by more than this are not asked to retreat [m]."""
 RETREAT_RAMP = 0.1
-"""How far below S_p(0) a point is when it is asked to retreat at the whole retreat speed [m]."""
+"""Distance over which the retreat that a point is asked for grows to the whole retreat speed [m]."""
+BEYOND_STOP = 0.05
+"""A retreat ends so much beyond the distance at which the stop does, so that it gets there [m]."""
 
 
 class ZoneThresholds(eqx.Module):
@@ -127,8 +129,8 @@ def zone_speed(
     Green and yellow: v(d), not above the nominal speed (in green v(d) exceeds it). Red: at most the red speed, the
     PFL speed and v(d); with `red_only_slows`, or without `red_follows_separation`, v(d) does not count there. Stop: 0 for a
     point nearer than the distance at which the stop ends, `hysteresis` beyond S_p(0); farther points of the arm, which move
-    in a retreat too, get v(d - hysteresis), and at most the red and the PFL speed. Below S_p(0) it is negative: the point is
-    asked to retreat, from `RETREAT_RAMP` below on at the retreat speed.
+    in a retreat too, get v(d - hysteresis), and at most the red and the PFL speed. Near the distance at which the stop ends it
+    becomes negative: the point is asked to retreat, nearer by `RETREAT_RAMP` at the retreat speed, until the stop can end.
 
     Args:
         d: distance robot to person [m].
@@ -141,6 +143,6 @@ def zone_speed(
     if pfl_speed is not None:
         red = jnp.minimum(red, pfl_speed)
     away = jnp.minimum(allowed_speed(params.ssm, d - params.zone.hysteresis, v_h), red)
-    within = jnp.clip((zone_thresholds(params).stop - d) / RETREAT_RAMP, 0.0, 1.0)
-    away = away - params.zone.retreat_speed * within
+    ends = zone_thresholds(params).stop + params.zone.hysteresis + BEYOND_STOP
+    away = away - params.zone.retreat_speed * jnp.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
     return jnp.where(zone == STOP, away, jnp.where(zone == RED, red, separated))

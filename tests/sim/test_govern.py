@@ -10,7 +10,7 @@ import pytest
 from hrcjax.cells import make_cell
 from hrcjax.robot import control_points
 from hrcjax.safety import APPROACH_TOLERANCE
-from hrcjax.safety.least_change import FASTER, least_change
+from hrcjax.safety.least_change import EFFORT, least_change
 from hrcjax.sim import Clearance, Params
 from hrcjax.sim.govern import IN_A_GAP, RETREAT_TURN, Rows, govern
 
@@ -55,7 +55,7 @@ def test_a_retreat_that_is_asked_for_turns_no_joint_fast(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rows, room = beside(rng.uniform([-0.4, -0.3, 0.0], [0.9, 0.5, 0.7]))
     got = np.asarray(both(jnp.zeros(6), rows, jnp.full(POINTS, -0.15), room, jnp.asarray(0.25)))
-    assert speeds(got).max() <= 0.25 + 1e-9 and np.linalg.norm(got) <= FASTER + 1e-9
+    assert speeds(got).max() <= 0.25 + 1e-9 and np.linalg.norm(got) <= EFFORT + 1e-9
     assert np.asarray(rows.A @ got).max() <= APPROACH_TOLERANCE
 
 
@@ -76,7 +76,7 @@ def test_between_people_on_both_sides_the_arm_stands() -> None:
     np.testing.assert_allclose(got, [0, 0.3, 0, 0, 0, 0], atol=1e-6)
     almost = A.at[1, 1].set(0.02)
     fast = jax.jit(least_change)(jnp.zeros(6), almost, jnp.asarray([-0.15, -0.15]))
-    assert np.linalg.norm(fast) <= FASTER and np.asarray(almost @ fast).max() <= APPROACH_TOLERANCE
+    assert np.linalg.norm(fast) <= EFFORT and np.asarray(almost @ fast).max() <= APPROACH_TOLERANCE
 
 
 def test_a_retreat_is_not_weakened_near_contact() -> None:
