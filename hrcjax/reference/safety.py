@@ -122,12 +122,10 @@ class Monitor:
             return state, Decision(np.zeros_like(d), hold, any_limit)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
         if state.zone == STOP:
-            limit = np.minimum(limit, allowed_speeds(params.ssm, d, params.zone.hysteresis))
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
             ends = self.stop + params.zone.hysteresis + BEYOND_STOP
-            limit = limit - params.zone.retreat_speed * np.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
-            share = np.clip(1.0 - (d - d.min()) / RETREAT_WIDTH, 0.0, 1.0)
-            limit = np.where(limit < 0, share * limit, limit)
+            share = np.clip(1.0 - (d - d.min()) / RETREAT_WIDTH, 0.0, 1.0) * np.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
+            limit = (1.0 - share) * limit - share * params.zone.retreat_speed
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)

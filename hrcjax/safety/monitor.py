@@ -11,10 +11,10 @@ from hrcjax.safety.ssm import assumed_human_speed
 from hrcjax.safety.zones import (
     GREEN,
     RED,
-    RETREAT_WIDTH,
     STOP,
     YELLOW,
     ZoneState,
+    retreat_share,
     update_zone,
     zone_speed,
     zone_thresholds,
@@ -109,9 +109,8 @@ def monitor(
         return zone_speed(params, state.zone, one, pfl_speed, person)
 
     limit = jax.vmap(point_limit)(d)
-    # only the nearest points are asked to retreat: all at once often cannot, and would hold the one that can
-    share = jnp.clip(1.0 - (d - nearest) / RETREAT_WIDTH, 0.0, 1.0)
-    limit = jnp.where(limit < 0, share * limit, limit)
+    share = retreat_share(params, state.zone, d)
+    limit = (1.0 - share) * limit - share * params.zone.retreat_speed
     limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
     limit = jnp.where(hold, 0.0, limit)
 

@@ -20,7 +20,7 @@ RETREAT_WIDTH = 0.02
 """Points farther than the nearest by more than this are not asked to retreat [m]."""
 RETREAT_RAMP = 0.1
 """Distance over which the retreat that a point is asked for grows to the whole retreat speed [m]."""
-BEYOND_STOP = 0.05
+BEYOND_STOP = 0.1
 """A retreat ends so much beyond the distance at which the stop does, so that it gets there [m]."""
 
 
@@ -127,10 +127,8 @@ def zone_speed(
     """Largest speed towards the person in a zone [m/s].
 
     Green and yellow: v(d), not above the nominal speed (in green v(d) exceeds it). Red: at most the red speed, the
-    PFL speed and v(d); with `red_only_slows`, or without `red_follows_separation`, v(d) does not count there. Stop: 0 for a
-    point nearer than the distance at which the stop ends, `hysteresis` beyond S_p(0); farther points of the arm, which move
-    in a retreat too, get v(d - hysteresis), and at most the red and the PFL speed. Near the distance at which the stop ends it
-    becomes negative: the point is asked to retreat, nearer by `RETREAT_RAMP` at the retreat speed, until the stop can end.
+    PFL speed and v(d); with `red_only_slows`, or without `red_follows_separation`, v(d) does not count there. Stop: v(d), which is
+    0 nearer than S_p(0), and at most the red and the PFL speed.
 
     Args:
         d: distance robot to person [m].
@@ -142,7 +140,19 @@ def zone_speed(
     red = jnp.minimum(separated if bounded else params.zone.nominal_speed, params.zone.red_speed)
     if pfl_speed is not None:
         red = jnp.minimum(red, pfl_speed)
-    away = jnp.minimum(allowed_speed(params.ssm, d - params.zone.hysteresis, v_h), red)
+    return jnp.where(zone == STOP, jnp.minimum(separated, red), jnp.where(zone == RED, red, separated))
+
+
+def retreat_share(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "point"]) -> Float[Array, "point"]:
+    """How far every point is asked to retreat instead of what it may: 1 at the retreat speed, 0 not at all [1].
+
+    In a stop alone, so that it can end. Falls to 0 over `RETREAT_RAMP` before `BEYOND_STOP` beyond the distance at which the stop
+    ends, and over `RETREAT_WIDTH` for points farther than the nearest: all at once often cannot, and would hold the one that can.
+
+    Args:
+        d: distance of the points to the person [m].
+    """
     ends = zone_thresholds(params).stop + params.zone.hysteresis + BEYOND_STOP
-    away = away - params.zone.retreat_speed * jnp.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
-    return jnp.where(zone == STOP, away, jnp.where(zone == RED, red, separated))
+    near = jnp.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
+    nearest = jnp.clip(1.0 - (d - jnp.min(d)) / RETREAT_WIDTH, 0.0, 1.0)
+    return jnp.where(zone == STOP, near * nearest, 0.0)
