@@ -18,7 +18,7 @@ from hrcjax.sim.survey import SenseParams, Survey
 from hrcjax.sim.watch import Stage, Watch, initial_watch, people_seen, watch_image
 from hrcjax.typing import Array, Bool, Float, Int, PRNGKeyArray
 
-MOVING_CAPACITY = 576
+MOVING_CAPACITY = 768
 """Default capacity of a cloud of moving points."""
 
 
