@@ -4,16 +4,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hrcjax.reference.truth import person_distance
-from hrcjax.safety import STOP
-from hrcjax.sim import World
+from hrcjax.reference.truth import person_axes, person_distance
+from hrcjax.safety import STOP, SafetyParams, zone_thresholds
+from hrcjax.sim import Params, World
 from hrcjax.sim.outcome import MOVING
 from hrcjax.world import scene_named
 
 from .bench import Bench, Played, on_host, single
-from .retreat import retreat
+from .retreat import from_person, retreat
 
+OPEN = 0.5
+"""A goal is open again when the person stays away from it for this time [s]."""
 HINDERED = 0.5
 """Time stopped before the arrival from which on somebody is in the way [s]."""
 
@@ -28,7 +31,40 @@ def hand_case(bench: Bench, scene_name: str, name: str, seed: int) -> Mapping[st
         case |= {f"{key}_{mode}": value for key, value in measured(bench, world, played).items()}
         if mode == bench.modes[0]:
             case |= retreat(bench.cell, scene, world.person, played)
-    return case
+    from_goal = goal_distance(world, np.asarray(bench.cell.times, float))
+    return case | {"closed": closed(from_goal, stop_distance(bench.params), bench.cell.dt)}
+
+
+def goal_distance(world: World, t: NDArray) -> NDArray:
+    """Exact distance of the goal to the person, at every tick; infinite without one [m]."""
+    host, goal = on_host(world.person), np.asarray(world.scene.goal, float)[None]
+    a, b, there = person_axes(host, t)
+    apart = np.full(len(t), np.inf)
+    for k in np.flatnonzero(there):
+        apart[k] = from_person(goal, a[k], b[k], np.asarray(host.radius))[0][0]
+    return apart
+
+
+def stop_distance(params: Params) -> float:
+    """The distance at which the arm must stand, S_p(0); 0 with a monitor of one's own [m]."""
+    return float(zone_thresholds(params.safety).stop) if isinstance(params.safety, SafetyParams) else 0.0
+
+
+def closed(from_goal: NDArray, stop: float, dt: float) -> bool:
+    """Whether the person, once nearer to the goal than the distance of a stop, never leaves it for `OPEN` before the end: with
+    the tool at the goal the arm would be too close in any posture.
+
+    Args:
+        from_goal: distance of the goal to the person at every tick [m].
+        stop: distance at which the arm must stand [m].
+        dt: time between ticks [s].
+    """
+    near = from_goal < stop
+    if not near.any():
+        return False
+    apart = ~near[near.argmax() :]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], apart, [False]]).astype(int)))
+    return bool((edges[1::2] - edges[::2]).max(initial=0) * dt < OPEN)
 
 
 def measured(bench: Bench, world: World, played: Played) -> dict[str, Any]:

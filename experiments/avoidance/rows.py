@@ -63,6 +63,8 @@ DEFINITIONS: dict[str, dict[str, str]] = {
         "retreat_or_round_share": f"share of the hindered episodes in which the arm in `both` mode draws its nearest point back by {1e3 * DREW_BACK:.0f} mm or more while stopped, or is not stopped for {HINDERED} s, or arrives sooner than in `path` mode",
         "time_ratio": "median over the hindered episodes of the time to the goal in `both` mode over that in `path` mode; an episode that never arrives counts its whole duration",
         "time_ratio_all": "the same over all episodes",
+        "closed": "of the hindered episodes, those in which the goal itself stays nearer to the person than S_p(0), from when they come up to the end: the arm may not arrive, in any posture",
+        "time_ratio_open": "the same ratio over the other hindered episodes",
         "arrived_share_both": "share of episodes that arrive",
         "arrived_share_path": "the same in `path` mode",
         "separation_min_both": "least exact distance of the whole arm to the person over all episodes",
@@ -141,6 +143,10 @@ def hand_rows(cases: Sequence[Case], dt: float) -> Rows:
         rows["time_ratio_all"] = row(np.median(ratio))
         if hindered.any():
             rows["time_ratio"] = row(np.median(ratio[hindered]))
+            shut = of("closed").astype(bool)
+            rows["closed"] = row((hindered & shut).sum(), "episodes")
+            if (hindered & ~shut).any():
+                rows["time_ratio_open"] = row(np.median(ratio[hindered & ~shut]))
             back = np.array([drew_back(case, dt) for case in cases])
             free = (of("stopped_both") < HINDERED) | (ratio < 1)
             rows["retreat_or_round_share"] = row((back | free)[hindered].mean())

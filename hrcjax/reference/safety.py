@@ -124,7 +124,9 @@ class Monitor:
         if state.zone == STOP:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
             ends = self.stop + params.zone.hysteresis + BEYOND_STOP
-            share = np.clip(1.0 - (d - d.min()) / RETREAT_WIDTH, 0.0, 1.0) * np.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
+            share = np.clip(1.0 - (d - d.min()) / RETREAT_WIDTH, 0.0, 1.0) * np.clip(
+                (ends - d) / RETREAT_RAMP, 0.0, 1.0
+            )
             limit = (1.0 - share) * limit - share * params.zone.retreat_speed
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:

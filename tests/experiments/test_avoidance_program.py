@@ -14,6 +14,7 @@ import pytest
 from experiments.avoidance import gradients, rows
 from experiments.avoidance.bench import Played, on_host, single, without_leaves, without_stop
 from experiments.avoidance.config import AvoidanceConfig, parse
+from experiments.avoidance.hands import closed
 from experiments.avoidance.page import page
 from experiments.avoidance.retreat import best_retreat, control_points, from_person, from_solids
 from experiments.avoidance.unknown import ARM_APART, BESIDE, ENDS_APART, near_ticks, unknown_scene
@@ -175,7 +176,12 @@ def test_rows_of_obstacles() -> None:
 
 
 def hand(both: float, path: float, stopped: tuple[float, float], away: list[float], **given: object) -> dict:
-    case: dict = {"able": np.full(len(away), 0.2), "away": np.asarray(away), "close": np.ones(len(away), bool)}
+    case: dict = {
+        "able": np.full(len(away), 0.2),
+        "away": np.asarray(away),
+        "close": np.ones(len(away), bool),
+        "closed": False,
+    }
     for mode, time, stop in (("both", both, stopped[0]), ("path", path, stopped[1])):
         case |= {
             f"time_{mode}": time, f"stopped_{mode}": stop, f"arrived_{mode}": time < 10, f"separation_min_{mode}": 0.05,
@@ -189,15 +195,26 @@ def test_rows_of_hands() -> None:
     cases = [
         hand(3.0, 10.0, (0.0, 5.0), []),
         hand(10.0, 10.0, (6.0, 6.0), [0.2] * 10),
-        hand(8.0, 8.0, (3.0, 3.0), [0.0] * 10),
+        hand(8.0, 8.0, (3.0, 3.0), [0.0] * 10, closed=True),
         hand(2.0, 2.0, (0.0, 0.0), [], moving_contact_both=True),
     ]
     found = rows.hand_rows(cases, 0.008)
     assert value(found, "hindered") == 3 and value(found, "time_ratio") == 1 and value(found, "time_ratio_all") == 1
+    assert value(found, "closed") == 1 and value(found, "time_ratio_open") == pytest.approx(0.65)
     assert value(found, "retreat_or_round_share") == pytest.approx(2 / 3)
     assert value(found, "moving_contact_share_both") == 0.25 and value(found, "arrived_share_path") == 0.5
     alone = [{name: v for name, v in cases[0].items() if not name.endswith("path")}]
     assert "time_ratio" not in rows.hand_rows(alone, 0.008), "a cell that moves in one way only"
+
+
+def test_a_goal_beside_which_somebody_stays_is_closed() -> None:
+    """Somebody who leaves, who comes and stays, who moves away for less than 0.5 s at a time, and nobody."""
+    near, far = np.full(200, 0.3), np.full(200, 0.5)
+    assert not closed(np.concatenate([far, near, far]), 0.36, 0.008)
+    assert closed(np.concatenate([far, near]), 0.36, 0.008) and closed(
+        np.concatenate([far, near, far[:60], near]), 0.36, 0.008
+    )
+    assert not closed(far, 0.36, 0.008) and not closed(np.full(5, np.inf), 0.36, 0.008)
 
 
 def test_rows_of_retreats() -> None:

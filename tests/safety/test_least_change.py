@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 from hrcjax.reference import safety as serial
 from hrcjax.safety import APPROACH_TOLERANCE, SafetyParams, approach_rows, governed, least_change, path_speed
 from hrcjax.safety import separation_distance as S_p
+from hrcjax.safety.least_change import EFFORT
 
 few = settings(max_examples=40, deadline=None)
 change = jax.jit(least_change, static_argnames="iterations")
@@ -109,12 +110,34 @@ def test_the_tolerance_in_terms_of_separation() -> None:
     assert max(grown) < 0.0023, grown
 
 
-def test_a_metric_of_its_own_moves_the_joints_that_it_weighs_least(dtype) -> None:
-    A, qd = jnp.asarray([[1.0, 1.0]], dtype), jnp.asarray([1.0, 1.0], dtype)
-    W = jnp.asarray([[1.0, 0.0], [0.0, 9.0]], dtype)
-    got = change(qd, A, jnp.asarray([1.0], dtype), W)
-    np.testing.assert_allclose(got, [0.1, 0.9], rtol=1e-4)  # the change goes along W^-1 a
-    np.testing.assert_allclose(change(qd, A, jnp.asarray([1.0], dtype)), [0.5, 0.5], rtol=1e-4)
+def test_a_retreat_is_as_fast_as_the_others_allow() -> None:
+    """Of 100 stops with one or two points that are asked to retreat: min |x - qd|^2 + EFFORT^2 s^2, by a general solver."""
+    rng, some = np.random.default_rng(1), 0
+    for seed in range(100):
+        qd, A, limit = problem(seed, stop=1.0)
+        asked = rng.choice(ROWS, 2, replace=False)
+        limit[asked] = -rng.uniform(0.02, 0.2, 2)
+        got = np.asarray(change(*map(jnp.asarray, (0.3 * qd, A, limit))))
+        rule = {
+            "type": "ineq", "fun": lambda x, A=A, b=limit: np.where(b < 0, (1 - x[6]) * b, b) - A @ x[:6],
+            "jac": lambda x, A=A, b=limit: -np.column_stack([A, np.minimum(b, 0)]),
+        }  # fmt: skip
+        found = minimize(
+            lambda x, q=0.3 * qd: np.sum((x[:6] - q) ** 2) + (EFFORT * x[6]) ** 2, np.append(0 * qd, 1.0), constraints=rule,
+            bounds=[(None, None)] * 6 + [(0, 1)], method="SLSQP", options={"ftol": 1e-13, "maxiter": 500},
+        )  # fmt: skip
+        np.testing.assert_allclose(got, found.x[:6], atol=2e-5)
+        some += bool((A[asked] @ got < -1e-3).all())
+        assert (A @ got).max() < 1e-6 and np.linalg.norm(got) <= np.linalg.norm(0.3 * qd) + EFFORT
+    assert some > 10
+
+
+def test_a_retreat_that_nothing_hinders_is_nearly_the_whole() -> None:
+    """In one joint at 0.5 m/rad: the share given up is (v / 0.5)^2 / ((v / 0.5)^2 + EFFORT^2)."""
+    A = jnp.asarray([[0.5, 0.0]])
+    turn = 0.1 / 0.5
+    given_up = turn**2 / (turn**2 + EFFORT**2)
+    np.testing.assert_allclose(change(jnp.zeros(2), A, jnp.asarray([-0.1])), [-turn * (1 - given_up), 0], atol=1e-9)
 
 
 @pytest.mark.parametrize("place", ["qd", "A", "limit"])

@@ -85,8 +85,8 @@ def test_hold_stops_a_retreat_too_and_closeness_does_not() -> None:
 
 def test_only_the_nearest_points_are_asked_to_retreat() -> None:
     """Another one that is too near as well must just not approach."""
-    _, decision = decide(d=(0.05, 0.055, 0.1), v_r=(0.0, 0.0, 0.0))
-    assert decision.point_limit[0] < 0 and decision.point_limit[1] < 0 and decision.point_limit[2] == 0
+    _, decision = decide(d=(0.05, 0.06, 0.1), v_r=(0.0, 0.0, 0.0))
+    np.testing.assert_allclose(decision.point_limit, [-0.1, -0.05, 0.0], atol=1e-9)
     assert decision.speed_limit == 0
 
 

@@ -25,6 +25,7 @@ from hrcjax.safety import (
     zone_speed,
     zone_thresholds,
 )
+from hrcjax.safety.zones import retreat_share
 
 # Compiled once a shape, not operation by operation.
 update_zone = jax.jit(update_zone)
@@ -171,10 +172,13 @@ def test_speeds() -> None:
     assert zone_speed(PARAMS, jnp.asarray(RED), 0.8, 0.2) == 0.2
     assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, 0.2) > 0.25
     np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(RED), 0.4), allowed_speed(PARAMS.ssm, 0.4), rtol=1e-12)
-    for d, pfl, expected in ((3.0, 0.2, 0.2), (3.0, None, 0.25), (0.41, None, 0.0), (0.37, None, 0.0)):
-        assert zone_speed(PARAMS, jnp.asarray(STOP), d, pfl) == expected
-    for d, expected in ((0.31, -0.05), (0.26, -0.1), (0.0, -0.1), (-0.2, -0.1)):  # S_p(0) is 0.36 m
-        np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(STOP), d), expected, atol=1e-12)
+    for d, pfl, expected in (
+        (3.0, 0.2, 0.2),
+        (3.0, None, 0.25),
+        (0.37, None, float(allowed_speed(PARAMS.ssm, 0.37))),
+        (0.25, None, 0.0),
+    ):
+        np.testing.assert_allclose(zone_speed(PARAMS, jnp.asarray(STOP), d, pfl), expected, atol=1e-12)
     assert zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8, None, 0.0) > zone_speed(PARAMS, jnp.asarray(YELLOW), 0.8)
 
 
@@ -184,17 +188,27 @@ stop_speeds = jax.jit(jax.vmap(lambda d, v_h: zone_speed(PARAMS, jnp.asarray(STO
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.floats(-0.5, 4.0), min_size=20, max_size=20), st.lists(st.floats(0, 2.5), min_size=20, max_size=20))
 def test_a_stop_never_allows_more_than_separation(distances: list[float], people: list[float]) -> None:
-    """S_p written out at the speed allowed in a stop is within the distance, whatever the person's speed; nearer than S_p(0) the
-    arm is asked to move away, never faster than the retreat speed; the limit falls with the distance."""
+    """S_p written out at the speed allowed in a stop is within the distance, whatever the person's speed; the limit falls with the
+    distance."""
     d, v_h, ssm = np.array(distances), np.array(people), PARAMS.ssm
     v = np.asarray(stop_speeds(jnp.asarray(d), jnp.asarray(v_h)))
     stop = v / ssm.brake
     needed = v_h * (ssm.reaction_time + stop) + v * ssm.reaction_time + v * stop / 2 + ssm.intrusion + ssm.Z_d + ssm.Z_r
     moving = v > 0
-    assert (needed[moving] <= d[moving] - PARAMS.zone.hysteresis + 1e-12).all()
-    assert (v <= 0.2).all() and (v >= -PARAMS.zone.retreat_speed).all()
+    assert (needed[moving] <= d[moving] + 1e-12).all()
+    assert (v <= 0.2).all() and (v >= 0).all()
     order = np.asarray(stop_speeds(jnp.asarray(np.sort(d)), jnp.full(20, 1.6)))
     assert (np.diff(order) >= -1e-12).all()
+
+
+def test_a_retreat_is_asked_for_in_a_stop_alone_and_of_the_nearest_most() -> None:
+    """The stop ends at 0.46 m: 0.36 and the hysteresis; the retreat fades from there to 0.56 m, and for points 2 cm farther."""
+    stop = jnp.asarray(STOP)
+    for d, expected in ((0.0, 1), (0.46, 1), (0.51, 0.5), (0.56, 0), (3.0, 0)):
+        np.testing.assert_allclose(retreat_share(PARAMS, stop, jnp.asarray([d, 5.0])), [expected, 0], atol=1e-9)
+    np.testing.assert_allclose(retreat_share(PARAMS, stop, jnp.asarray([0.3, 0.31, 0.32])), [1, 0.5, 0], atol=1e-9)
+    for zone in (GREEN, YELLOW, RED):
+        np.testing.assert_array_equal(retreat_share(PARAMS, jnp.asarray(zone), jnp.asarray([0.1])), 0)
 
 
 def test_speed_options_in_red() -> None:
