@@ -16,7 +16,7 @@ from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Params, World, episode
 from hrcjax.tune import episode_loss
 
-RANGES = {"K_att": (0.005, 0.1), "K_rep": (1e-6, 1e-3), "zeta": (1.5, 5.0)}
+RANGES = {"K_att": (0.03, 0.2), "K_rep": (1e-6, 1e-3), "zeta": (1.5, 5.0)}
 """Of the default sweep; settings are drawn log-uniformly."""
 STEPS = (1e-4, 1e-5)
 """Relative steps of the central differences: two, as at a jump they disagree [1]."""
