@@ -123,7 +123,7 @@ def _towards_end(
 ) -> Float[Array, ""]:
     """The largest acceleration in [lower, upper] after which the path's end is not overrun [m/s^2].
 
-    Bisection, then one Newton step that also carries the derivative. Where even `lower` overruns, the constant
+    Bisection, then one Newton step; its derivative is that of the implicit function at the root. Where even `lower` overruns, the constant
     deceleration that stops in time, at most `brake`.
     """
 
@@ -136,8 +136,10 @@ def _towards_end(
         middle = 0.5 * (low + high)
         over = lax.stop_gradient(excess(middle)) > 0
         low, high = jnp.where(over, low, middle), jnp.where(over, middle, high)
-    slope = lax.stop_gradient(jax.grad(excess)(low))
-    root = low - safe_divide(excess(low), slope)
+    slope_of = jax.grad(excess)
+    root = lax.stop_gradient(low - safe_divide(excess(low), slope_of(low)))
+    here = excess(root)  # its derivative there, that of an implicit function; the value stays
+    root = root - safe_divide(here - lax.stop_gradient(here), lax.stop_gradient(slope_of(root)))
     root = jnp.clip(root, lower, upper)
     emergency = jnp.maximum(jnp.minimum(lower, -safe_divide(v * v, 2 * r)), -params.brake)
     return jnp.where(excess(upper) <= 0, upper, jnp.where(excess(lower) > 0, emergency, root))
