@@ -16,7 +16,7 @@ from .bench import Bench, Played, on_host, single
 from .retreat import from_person, retreat
 
 OPEN = 0.5
-"""A goal is open again when the person stays away from it for this time [s]."""
+"""A goal is closed when the person is beside it for this time, and open again when they stay away as long [s]."""
 HINDERED = 0.5
 """Time stopped before the arrival from which on somebody is in the way [s]."""
 
@@ -60,7 +60,7 @@ def closed(from_goal: NDArray, stop: float, dt: float) -> bool:
         dt: time between ticks [s].
     """
     near = from_goal < stop
-    if not near.any():
+    if near.sum() * dt < OPEN:
         return False
     apart = ~near[near.argmax() :]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], apart, [False]]).astype(int)))

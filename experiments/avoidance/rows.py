@@ -63,7 +63,7 @@ DEFINITIONS: dict[str, dict[str, str]] = {
         "retreat_or_round_share": f"share of the hindered episodes in which the arm in `both` mode draws its nearest point back by {1e3 * DREW_BACK:.0f} mm or more while stopped, or is not stopped for {HINDERED} s, or arrives sooner than in `path` mode",
         "time_ratio": "median over the hindered episodes of the time to the goal in `both` mode over that in `path` mode; an episode that never arrives counts its whole duration",
         "time_ratio_all": "the same over all episodes",
-        "closed": "of the hindered episodes, those in which the goal itself stays nearer to the person than S_p(0), from when they come up to the end: the arm may not arrive, in any posture",
+        "closed": "of the hindered episodes, those in which the goal itself stays nearer to the person than S_p(0), from when they come up to the end, and which arrive in no mode: near it no posture is far enough",
         "time_ratio_open": "the same ratio over the other hindered episodes",
         "arrived_share_both": "share of episodes that arrive",
         "arrived_share_path": "the same in `path` mode",
@@ -143,7 +143,7 @@ def hand_rows(cases: Sequence[Case], dt: float) -> Rows:
         rows["time_ratio_all"] = row(np.median(ratio))
         if hindered.any():
             rows["time_ratio"] = row(np.median(ratio[hindered]))
-            shut = of("closed").astype(bool)
+            shut = of("closed").astype(bool) & ~of("arrived_both").astype(bool) & ~of("arrived_path").astype(bool)
             rows["closed"] = row((hindered & shut).sum(), "episodes")
             if (hindered & ~shut).any():
                 rows["time_ratio_open"] = row(np.median(ratio[hindered & ~shut]))

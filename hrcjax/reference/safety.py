@@ -45,16 +45,15 @@ def safe_distance(params: SsmParams, v: float) -> float:
     return close if close < params.near and far <= params.near else max(far, params.near)
 
 
-def allowed_speeds(params: SsmParams, d: NDArray, spare: float = 0.0) -> NDArray:
-    """v(d - spare), v the inverse of S_p, for the person's speed assumed at each d [m/s].
+def allowed_speeds(params: SsmParams, d: NDArray) -> NDArray:
+    """v(d), the inverse of S_p, for the person's speed assumed at each d [m/s].
 
     Args:
         d: distances; not finite: 0 m/s [m].
-        spare: part of the distances that is not to be used [m].
     """
     known = np.isfinite(d)
     person = np.where(d < params.near, params.v_h_near, params.v_h)
-    excess = d - spare - person * params.reaction_time - (params.intrusion + params.Z_d + params.Z_r)
+    excess = d - person * params.reaction_time - (params.intrusion + params.Z_d + params.Z_r)
     excess = np.where(known, np.maximum(excess, 0.0), 0.0)
     b = person + params.brake * params.reaction_time
     two_a_e = 2 * params.brake * excess

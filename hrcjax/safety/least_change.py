@@ -34,7 +34,7 @@ def least_change(
 
         min |qd' - qd|^2 + EFFORT^2 s^2.
 
-    With s = 1 they count as 0. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
+    With s = 1 they count as 0; so a row that hardly moves its point must not ask for much. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
     always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where
     a row begins to count.
 

@@ -38,8 +38,7 @@ class ZoneParams(eqx.Module):
     head_stop: float = 0.5
     """Distance to the head under which the robot stops; our choice [m]."""
     retreat_speed: float = 0.1
-    """Speed at which the nearest points, if nearer than S_p(0), are asked to move away in a stop, where the geometry of the path is not fixed; 0: it
-    stands. Our choice [m/s]."""
+    """Speed at which the nearest points are asked to move away in a stop, until it can end; 0: no retreat [m/s]."""
     red_only_slows: bool = eqx.field(static=True, default=False)
     """The Robotica paper's reading: no distance stops the robot, red only slows it; faulty data still does."""
     red_follows_separation: bool = eqx.field(static=True, default=True)

@@ -20,6 +20,8 @@ RETREAT_WIDTH = 0.02
 """Points farther than the nearest by more than this are not asked to retreat [m]."""
 RETREAT_RAMP = 0.1
 """Distance over which the retreat that a point is asked for grows to the whole retreat speed [m]."""
+NOBODY = 1e3
+"""Farther than this a person does not count [m]."""
 BEYOND_STOP = 0.1
 """A retreat ends so much beyond the distance at which the stop does, so that it gets there [m]."""
 
@@ -153,6 +155,7 @@ def retreat_share(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "p
         d: distance of the points to the person [m].
     """
     ends = zone_thresholds(params).stop + params.zone.hysteresis + BEYOND_STOP
+    d = jnp.minimum(d, NOBODY)  # no difference of infinite numbers
     near = jnp.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
     nearest = jnp.clip(1.0 - (d - jnp.min(d)) / RETREAT_WIDTH, 0.0, 1.0)
     return jnp.where(zone == STOP, near * nearest, 0.0)

@@ -194,8 +194,8 @@ def test_rows_of_hands() -> None:
     """Three are hindered: one goes round, one draws back, one does nothing; the fourth is free."""
     cases = [
         hand(3.0, 10.0, (0.0, 5.0), []),
-        hand(10.0, 10.0, (6.0, 6.0), [0.2] * 10),
-        hand(8.0, 8.0, (3.0, 3.0), [0.0] * 10, closed=True),
+        hand(10.0, 10.0, (6.0, 6.0), [0.2] * 10, closed=True),
+        hand(8.0, 8.0, (3.0, 3.0), [0.0] * 10),
         hand(2.0, 2.0, (0.0, 0.0), [], moving_contact_both=True),
     ]
     found = rows.hand_rows(cases, 0.008)

@@ -132,6 +132,19 @@ def test_a_retreat_is_as_fast_as_the_others_allow() -> None:
     assert some > 10
 
 
+def test_a_retreat_is_given_up_once_and_not_turned_round() -> None:
+    """Asked to approach at 100 rad/s: the whole retreat is given up, not more, and the other joint is not slowed for that."""
+    got = change(jnp.asarray([100.0, 0.3]), jnp.asarray([[1.0, 0.0]]), jnp.asarray([-0.1]))
+    np.testing.assert_allclose(got, [0.0, 0.3], atol=1e-7)
+
+
+def test_a_row_of_zeros_gives_no_retreat_up() -> None:
+    A = jnp.asarray([[0.5, 0.0], [0.0, 0.0]])
+    got = change(jnp.zeros(2), A, jnp.asarray([-0.1, -0.1]))
+    np.testing.assert_array_equal(got, change(jnp.zeros(2), A[:1], jnp.asarray([-0.1])))
+    assert got[0] < -0.1
+
+
 def test_a_retreat_that_nothing_hinders_is_nearly_the_whole() -> None:
     """In one joint at 0.5 m/rad: the share given up is (v / 0.5)^2 / ((v / 0.5)^2 + EFFORT^2)."""
     A = jnp.asarray([[0.5, 0.0]])

@@ -92,7 +92,7 @@ def test_only_the_nearest_points_are_asked_to_retreat() -> None:
 
 def test_no_silent_continuation() -> None:
     """After a stop the robot waits, and says so, until the person has stayed away: far points at the reduced speed of 0.25 m/s,
-    half of 0.5, a point within the hysteresis not at all."""
+    half of 0.5, the nearest point within the hysteresis not at all."""
     for d, scale in (((3.0, 3.0), 0.5), ((0.41, 3.0), 0.0)):
         state, _ = decide(d=(0.2, 3.0))
         seen = []

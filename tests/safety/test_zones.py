@@ -201,6 +201,19 @@ def test_a_stop_never_allows_more_than_separation(distances: list[float], people
     assert (np.diff(order) >= -1e-12).all()
 
 
+def test_a_stop_follows_the_separation_whatever_red_does() -> None:
+    for zone in (ZoneParams(red_only_slows=True), ZoneParams(red_follows_separation=False)):
+        params = SafetyParams(zone=zone)
+        for d in (0.25, 0.37, 0.4):
+            expected = min(float(allowed_speed(PARAMS.ssm, d)), 0.25)
+            np.testing.assert_allclose(zone_speed(params, jnp.asarray(STOP), d), expected, atol=1e-12)
+
+
+def test_nobody_anywhere_has_a_derivative() -> None:
+    slope = jax.grad(lambda d: jnp.sum(retreat_share(PARAMS, jnp.asarray(STOP), d)))(jnp.full(3, jnp.inf))
+    np.testing.assert_array_equal(slope, 0)
+
+
 def test_a_retreat_is_asked_for_in_a_stop_alone_and_of_the_nearest_most() -> None:
     """The stop ends at 0.46 m: 0.36 and the hysteresis; the retreat fades from there to 0.56 m, and for points 2 cm farther."""
     stop = jnp.asarray(STOP)
