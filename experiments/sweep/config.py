@@ -89,7 +89,7 @@ class SweepConfig:
     merge: tuple[Path, ...] | None = None
     """Compute nothing, write the results: without folders, of the run in --out, whose options are given again; with folders, of their chunks, copied into --out, and with their options."""
     devices: int = 0
-    """Number of devices of this machine that share each chunk; 0: all accelerators, or one CPU device."""
+    """Number of devices of this machine, each of which computes a chunk at a time; 0: all accelerators, or one CPU device. The results are the same."""
     list: bool = False
     """List all parameters that can be swept and exit."""
 

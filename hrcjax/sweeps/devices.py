@@ -1,6 +1,7 @@
-"""The settings of a chunk spread over the devices of this machine; every device runs the same program on its part."""
+"""Several chunks at once on the devices of this machine, one on each: every device runs the program that one alone would run,
+on arrays of the same shapes, so that the numbers are the same to the bit."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,9 +45,10 @@ class Spread:
     def _mesh(self) -> Mesh:
         return Mesh(np.asarray(self.devices), (AXIS,))
 
-    def rows(self, chunk: int) -> int:
-        """Settings of a chunk, padded so that all devices have the same number."""
-        return -(-chunk // self.count) * self.count
+    def groups(self, chunks: Sequence[int]) -> Iterator[list[int]]:
+        """The chunks that are computed together."""
+        for start in range(0, len(chunks), self.count):
+            yield list(chunks[start : start + self.count])
 
     def place(self, tree: Any, specs: Any) -> Any:
         """The arrays of a pytree on the devices; unchanged for one.

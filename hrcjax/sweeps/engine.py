@@ -136,10 +136,10 @@ def flag_not_finite(outcome: Mapping[str, np.ndarray], open_ended: frozenset[str
     return status
 
 
-def _padded(settings: Settings, place: slice, rows: int) -> dict[str, np.ndarray]:
-    """The values of a chunk, padded with its last setting."""
-    at = np.minimum(np.arange(place.start, place.start + rows), place.stop - 1)
-    return {name: column[at] for name, column in settings.values.items()}
+def _values(settings: Settings, places: Sequence[slice], chunk: int) -> dict[str, np.ndarray]:
+    """The values of some chunks, one after the other; a short chunk is padded with its last setting."""
+    at = [np.minimum(np.arange(place.start, place.start + chunk), place.stop - 1) for place in places]
+    return {name: column[np.concatenate(at)] for name, column in settings.values.items()}
 
 
 def _enough_disk(store: RunStore, outcome: Mapping[str, Any], to_do: int, total: int) -> None:
@@ -175,7 +175,7 @@ def run_sweep(
 
     Args:
         share: only the chunks of these indices, counted over all worlds; the tally and the disk space are theirs. None: all.
-        devices: those that compute a chunk together; empty: JAX's first one.
+        devices: each computes a chunk at a time; empty: JAX's first one.
 
     Raises:
         UsageError: a world cannot be built.
@@ -253,18 +253,20 @@ def _run_world(
     if problem.describe is not None and store.read(world_key(w)) is None:  # another shard may have written it
         store.write(world_key(w), {name: np.asarray(array) for name, array in problem.describe(world).items()})
     spread = program.spread
-    rows = spread.rows(chunk)
     world = spread.place(world, P())
-    for c in missing:
-        place = slices[c]
-        batch = batch_params(problem.params, _padded(settings, place, rows), dtype)
+    for group in spread.groups(missing):
+        places = [slices[c] for c in group]
+        filled = places + places[-1:] * (spread.count - len(places))  # for devices without a chunk
+        batch = batch_params(problem.params, _values(settings, filled, chunk), dtype)
         batch = spread.place(batch, spread.specs(batch, problem.params))
-        program.prepare(batch, world, rows, lambda out: _enough_disk(store, out, *need))
+        program.prepare(batch, world, chunk * spread.count, lambda out: _enough_disk(store, out, *need))
         begin = time.monotonic()
         outcome = program(batch, world)
-        kept = {name: array[: place.stop - place.start] for name, array in outcome.items()}
-        kept["status"] = flag_not_finite(kept, problem.open_ended)
-        store.write(chunk_key(w, c), kept)
-        count_statuses(tally, kept["status"])
-        tally.computed += place.stop - place.start
-        progress.advance(place.stop - place.start, time.monotonic() - begin)
+        for i, (c, place) in enumerate(zip(group, places, strict=True)):
+            count = place.stop - place.start
+            kept = {name: array[i * chunk : i * chunk + count] for name, array in outcome.items()}
+            kept["status"] = flag_not_finite(kept, problem.open_ended)
+            store.write(chunk_key(w, c), kept)
+            count_statuses(tally, kept["status"])
+            tally.computed += count
+        progress.advance(sum(place.stop - place.start for place in places), time.monotonic() - begin)
