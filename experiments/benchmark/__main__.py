@@ -21,7 +21,7 @@ from hrcjax.lab.writable import check_writable
 
 from .page import page
 
-SECTIONS = ("arm", "field", "grad", "sweep", "map")
+SECTIONS = ("arm", "field", "grad", "sweep", "map", "scale")
 
 
 def run_section(name: str) -> dict[str, Row]:

@@ -30,6 +30,12 @@ Examples:
   What each parameter does, from a finished run: shares of settings, ranges along the grid's lines, Sobol indices, figures:
     python -m experiments.sweep --analyse runs/sweep-robotica-reach_in-... --json analysis.json
 
+  The second of eight processes that share a sweep, on one machine or many; the last one to finish writes the results (docs/scale.md):
+    python -m experiments.sweep --shard 2/8 --out /shared/run
+
+  The same without a shared folder, after each process has filled one of its own:
+    python -m experiments.sweep --merge part1 part2 part3 --out run
+
 --list shows all parameters. The last part of a name is enough if it is unique. Names are case-sensitive only where an alias
 (K_rep) would otherwise match another parameter (policy.collision.k_rep); the results use lower-case names.
 
@@ -78,6 +84,12 @@ class SweepConfig:
     """Compute nothing: print what the swept parameters of a finished run do to its metrics, and draw it into the run's folder. Row by row: docs/sweep-analysis.md."""
     json: Path | None = None
     """With --analyse: output file {section: {row: {value, unit}}} for the section sweep_analysis; other sections in it are kept."""
+    shard: str = ""
+    """I/N: compute only the share of the I-th of N processes, which share --out or have a folder each. Each resumes by the same command. The last one to finish in a shared folder writes the results; they are those of one process with the same --memory."""
+    merge: tuple[Path, ...] | None = None
+    """Compute nothing, write the results: without folders, of the run in --out, whose options are given again; with folders, of their chunks, copied into --out, and with their options."""
+    devices: int = 0
+    """Number of devices of this machine, each of which computes a chunk at a time; 0: all accelerators, or one CPU device. The results are the same."""
     list: bool = False
     """List all parameters that can be swept and exit."""
 

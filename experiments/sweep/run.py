@@ -1,5 +1,6 @@
 """One run of the sweep: from options to a folder with results and figures."""
 
+import json
 import sys
 import time
 from dataclasses import asdict
@@ -10,7 +11,7 @@ import jax
 
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.configs import read_config
-from hrcjax.lab.errors import StorageError, UsageError, one_line
+from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names, resolve
 from hrcjax.lab.progress import duration
@@ -18,15 +19,20 @@ from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provena
 from hrcjax.lab.run_folder import folder_name
 from hrcjax.lab.table import aligned
 from hrcjax.lab.writable import check_writable
-from hrcjax.sweeps.dataset import taken_names, world_shape, write_results
-from hrcjax.sweeps.engine import Tally, chunk_key, chunk_size, chunk_slices, run_sweep, world_key
+from hrcjax.sweeps.dataset import taken_names, world_shape
+from hrcjax.sweeps.devices import choose_devices
+from hrcjax.sweeps.engine import Tally, chunk_size, run_sweep
+from hrcjax.sweeps.merge import merge_results
 from hrcjax.sweeps.settings import Settings, make_settings
-from hrcjax.sweeps.store import RESULTS, RunStore, open_run, open_store
+from hrcjax.sweeps.shard import parse_shard
+from hrcjax.sweeps.store import RESULTS, open_run, open_store
 from hrcjax.sweeps.summary import best_table
 from hrcjax.sweeps.sweepable import Sweepable
 
 from .analyse import analyse
 from .config import SweepConfig
+from .job import Job
+from .share import check_folders, collect, recorded, run_shard
 
 
 def _people(config: SweepConfig) -> list[dict[str, str]]:
@@ -95,6 +101,13 @@ def _check(config: SweepConfig) -> None:
         raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
     if config.json:
         raise UsageError("--json needs --analyse RUN")
+    if config.shard and (config.merge is not None or config.overwrite):
+        other = "--merge" if config.merge is not None else "--overwrite"
+        raise UsageError(f"--shard {config.shard} and {other} exclude each other")
+    if config.merge and (config.out is None):
+        raise UsageError("--merge FOLDER ... needs --out, the folder of the results")
+    if config.devices < 0:
+        raise UsageError(f"--devices {config.devices}: accepted is 0 or more")
     if config.best < 1:
         raise UsageError(f"--best {config.best}: accepted is 1 or more")
 
@@ -120,28 +133,15 @@ def _default_folder(config: SweepConfig, mark: str) -> Path:
     return Path("runs") / f"{folder_name('-'.join(['sweep', '+'.join(config.scene), '+'.join(people)]))}-{mark[:8]}"
 
 
-def _finish(problem: Sweepable, settings: Settings, store: RunStore, chunk: int, attrs: dict[str, Any]) -> None:
-    """Assembles results.nc from the chunks."""
-    slices = chunk_slices(settings.count, chunk)
-
-    def read(key: str, name: str) -> Any:
-        arrays = store.read(key, only=name)
-        if arrays is None or name not in arrays:
-            raise StorageError(f"{key} in {store.folder} is damaged; run the same command again")
-        return arrays[name]
-
-    def chunks(world: int, name: str) -> Any:
-        return ((place, read(chunk_key(world, c), name)) for c, place in enumerate(slices))
-
-    write_results(store.folder, problem, settings, chunks, lambda world, name: read(world_key(world), name), attrs)
-
-
 def run(config: SweepConfig) -> int:
     """Runs or resumes a sweep; returns the exit status: 0, or 3 if some results are not finite."""
     begin = time.monotonic()
     if config.analyse:
         return analyse(config.analyse, config.by, config.json, config.figures)
     _check(config)
+    shard = parse_shard(config.shard) if config.shard else None
+    if config.merge:
+        config = recorded(config.merge[0], config)
     if not config.list:
         check_writable(config.out or Path("runs"), "--out")
     problem = _build(config)
@@ -170,26 +170,42 @@ def run(config: SweepConfig) -> int:
     mark = fingerprint(who)
     folder = config.out or _default_folder(config, mark)
     origin = provenance()
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
+    devices = choose_devices(config.devices)
+    asked = json.loads(json.dumps(asdict(config), default=str))
     record = {"program": "sweep", "config": asked, "provenance": origin, "identity": who}
     attrs = {"title": "sweep", "rank": by, "trade_off": list(problem.trade_off), "fingerprint": mark}
     attrs |= {"config": asked, **origin, "statuses": {str(k): v for k, v in problem.statuses.items()}}
-    worlds = len(problem.worlds)
-    where = f" in {worlds} worlds" if worlds > 1 else ""
-    print(f"{settings.count} settings{where} -> {folder}", file=sys.stderr, flush=True)
-    with open_store(folder, mark, record, config.overwrite) as store:
-        tally = run_sweep(problem, settings, store, chunk, config.memory)
-        done = store.finished()
-        if done is None or tally.computed:
-            if done is not None:
-                done.close()
-            _finish(problem, settings, store, chunk, attrs)
-        else:
-            done.close()
-        if config.figures:
-            print("drawing figures", file=sys.stderr, flush=True)
-            _draw(folder, by)
+    job = Job(problem, settings, chunk, mark, folder, record, attrs)
+    if shard:
+        tally, last = run_shard(job, shard, config.memory, devices)
+        if not last:
+            return 3 if tally.not_finite else 0
+    else:
+        tally = _run_whole(job, config, devices)
+    if config.figures:
+        print("drawing figures", file=sys.stderr, flush=True)
+        _draw(folder, by)
     return _report(config, problem, folder, by, tally, time.monotonic() - begin)
+
+
+def _run_whole(job: Job, config: SweepConfig, devices: list[Any]) -> Tally:
+    """Computes what is missing, or with --merge collects it, and writes the results."""
+    worlds = len(job.problem.worlds)
+    where = f" in {worlds} worlds" if worlds > 1 else ""
+    print(f"{job.settings.count} settings{where} -> {job.folder}", file=sys.stderr, flush=True)
+    if config.merge is not None:
+        check_folders(job, config.merge)
+    with open_store(job.folder, job.mark, job.record, config.overwrite) as store:
+        if config.merge is None:
+            tally = run_sweep(job.problem, job.settings, store, job.chunk, config.memory, devices=devices)
+        else:
+            tally = collect(job, store, config.merge)
+        done = store.finished()
+        if done is not None:
+            done.close()
+        if done is None or tally.computed:
+            merge_results(job.problem, job.settings, store, job.chunk, job.attrs)
+    return tally
 
 
 def _draw(folder: Path, by: str) -> None:

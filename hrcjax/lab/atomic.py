@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import secrets
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -37,7 +38,7 @@ def replace_file(path: Path, write: Callable[[Path], None]) -> None:
     Raises:
         StorageError: it could not be written; `path` is unchanged.
     """
-    temporary = path.with_name(f"{TEMPORARY}{os.getpid()}-{path.name}")
+    temporary = path.with_name(f"{TEMPORARY}{secrets.token_hex(6)}-{path.name}")  # process ids repeat between machines
     with storage_errors(path):
         try:
             write(temporary)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import h5netcdf
 import numpy as np
 import xarray as xr
 
@@ -13,6 +14,7 @@ from hrcjax.lab.atomic import replace_file
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.sweeps.settings import Settings
 from hrcjax.sweeps.store import ENGINE, RESULTS
+from hrcjax.sweeps.stream import new_variable, write_rows
 from hrcjax.sweeps.sweepable import NOT_FINITE, Sweepable
 
 WORLD_DIMS = ("scene", "person", "seed")
@@ -80,7 +82,7 @@ def write_results(
     described: Callable[[int, str], np.ndarray],
     attrs: Mapping[str, Any],
 ) -> Path:
-    """Writes results.nc, one trace after the other, so that only one is in memory at a time.
+    """Writes results.nc; of the traces only one chunk is in memory at a time.
 
     Args:
         chunks: (index of the world, name of the output) -> (slice of settings, array) of each chunk.
@@ -119,10 +121,16 @@ def write_results(
 
     def write(temporary: Path) -> None:
         small().to_netcdf(temporary, mode="w", engine=ENGINE)
-        for name, (dims, unit, description) in problem.traces.items():
-            trace_attrs = {"units": unit, "long_name": description}
-            trace = xr.Dataset({name: ((*front, *dims), gather(name), trace_attrs)})
-            trace.to_netcdf(temporary, mode="a", engine=ENGINE)
+        with h5netcdf.File(temporary, "a") as file:
+            for name, (dims, unit, description) in problem.traces.items():
+                parts = ((world, place, part) for world in range(count) for place, part in chunks(world, name))
+                variable = None
+                for world, place, part in parts:
+                    if variable is None:
+                        shape = (*worlds, *settings.shape, *part.shape[1:])
+                        variable = new_variable(file, name, (*front, *dims), shape, part.dtype)
+                        variable.attrs.update({"units": unit, "long_name": description})
+                    write_rows(variable, world * settings.count + place.start, part, (*worlds, *settings.shape))
 
     replace_file(folder / RESULTS, write)
     return folder / RESULTS

@@ -3,19 +3,21 @@
 import math
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.sharding import PartitionSpec as P
 
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.parameters import batch_params
 from hrcjax.lab.progress import Progress, duration
 from hrcjax.lab.traced import traced
 from hrcjax.numerics import unrolled_options
+from hrcjax.sweeps.devices import Spread, choose_devices
 from hrcjax.sweeps.settings import Settings
 from hrcjax.sweeps.store import RunStore
 from hrcjax.sweeps.sweepable import NOT_FINITE, Sweepable
@@ -69,8 +71,8 @@ def world_key(world: int) -> str:
 class _Program:
     """`evaluate`, compiled at its first call, for one shape of settings and worlds."""
 
-    def __init__(self, problem: Sweepable, progress: Progress, memory: float) -> None:
-        self.problem, self.progress, self.memory = problem, progress, memory
+    def __init__(self, problem: Sweepable, progress: Progress, memory: float, spread: Spread) -> None:
+        self.problem, self.progress, self.memory, self.spread = problem, progress, memory, spread
         self.compiled: Any = None
         self.seconds = 0.0
 
@@ -84,7 +86,11 @@ class _Program:
             return
         begin = time.monotonic()
         self.progress.say("compiling (up to a minute the first time)")
-        program = traced(self.problem.evaluate, (batch, world), self.problem.identity)
+        evaluate = self.spread.over(self.problem.evaluate, self.spread.specs(batch, self.problem.params))
+        identity, count = self.problem.identity, self.spread.count
+        if identity is not None and count > 1:
+            identity = f"{identity} on {count} devices"
+        program = traced(evaluate, (batch, world), identity)
         self._check(program.out_info, chunk)
         enough(program.out_info)
         self.compiled = program.lower().compile(compiler_options=unrolled_options())
@@ -130,10 +136,10 @@ def flag_not_finite(outcome: Mapping[str, np.ndarray], open_ended: frozenset[str
     return status
 
 
-def _padded(settings: Settings, place: slice, chunk: int) -> dict[str, np.ndarray]:
-    """The values of a chunk; the last chunk is padded with its last setting."""
-    at = np.minimum(np.arange(place.start, place.start + chunk), place.stop - 1)
-    return {name: column[at] for name, column in settings.values.items()}
+def _values(settings: Settings, places: Sequence[slice], chunk: int) -> dict[str, np.ndarray]:
+    """The values of some chunks, one after the other; a short chunk is padded with its last setting."""
+    at = [np.minimum(np.arange(place.start, place.start + chunk), place.stop - 1) for place in places]
+    return {name: column[np.concatenate(at)] for name, column in settings.values.items()}
 
 
 def _enough_disk(store: RunStore, outcome: Mapping[str, Any], to_do: int, total: int) -> None:
@@ -141,6 +147,8 @@ def _enough_disk(store: RunStore, outcome: Mapping[str, Any], to_do: int, total:
 
     Args:
         outcome: shapes and types of the results of a chunk.
+        to_do: settings to be computed.
+        total: settings in the results.
     """
     each = sum(math.prod(array.shape[1:]) * array.dtype.itemsize for array in outcome.values())
     need, free = each * (to_do + total), shutil.disk_usage(store.folder).free
@@ -157,10 +165,17 @@ def run_sweep(
     memory: float = 1000.0,
     dtype: Any = jnp.float32,
     stream: Any = None,
+    share: Collection[int] | None = None,
+    devices: Sequence[Any] = (),
 ) -> Tally:
     """Computes the chunks that are missing in the store.
 
-    Chunks always have the same size and the same settings, so that a resumed run gives the same results.
+    Chunks always have the same size and the same settings, so that a resumed run gives the same results, and several
+    processes the same as one.
+
+    Args:
+        share: only the chunks of these indices, counted over all worlds; the tally and the disk space are theirs. None: all.
+        devices: each computes a chunk at a time; empty: JAX's first one.
 
     Raises:
         UsageError: a world cannot be built.
@@ -170,31 +185,38 @@ def run_sweep(
     slices = chunk_slices(settings.count, chunk)
     tally = Tally()
     todo: dict[int, list[int]] = {}
+    total = 0
     for w in range(len(problem.worlds)):
+        ours = [c for c in range(len(slices)) if share is None or w * len(slices) + c in share]
+        if not ours:
+            continue
         known = problem.describe is None or store.read(world_key(w)) is not None
         todo[w] = []
-        for c, place in enumerate(slices):
+        for c in ours:
+            place = slices[c]
+            total += place.stop - place.start
             finished = store.read(chunk_key(w, c))
             if finished is None:
                 todo[w].append(c)
             else:
                 tally.resumed += place.stop - place.start
-                _count(tally, finished["status"])
+                count_statuses(tally, finished["status"])
         if not todo[w] and known:
             del todo[w]
-    total = settings.count * len(problem.worlds)
+    need = total - tally.resumed, total if share is None else 0
     with Progress(total, tally.resumed, stream) as progress:
         if tally.resumed:
             progress.say(f"{tally.resumed} of {total} settings are finished already")
-        program = _Program(problem, progress, memory)
+        program = _Program(problem, progress, memory, Spread(tuple(devices or choose_devices(1))))
         for w, missing in todo.items():
-            _run_world(problem, settings, store, slices, w, missing, chunk, program, progress, tally, dtype)
+            _run_world(problem, settings, store, slices, w, missing, chunk, program, progress, tally, dtype, need)
         tally.compile_seconds = program.seconds
         tally.compute_seconds = progress.busy
     return tally
 
 
-def _count(tally: Tally, status: np.ndarray) -> None:
+def count_statuses(tally: Tally, status: np.ndarray) -> None:
+    """Adds the statuses of a chunk."""
     for code, times in zip(*np.unique(status, return_counts=True), strict=True):
         tally.statuses[int(code)] = tally.statuses.get(int(code), 0) + int(times)
     tally.not_finite = tally.statuses.get(NOT_FINITE, 0)
@@ -225,20 +247,26 @@ def _run_world(
     progress: Progress,
     tally: Tally,
     dtype: Any,
+    need: tuple[int, int],
 ) -> None:
     world = _build_world(problem, w, progress)
-    if problem.describe is not None:
+    if problem.describe is not None and store.read(world_key(w)) is None:  # another shard may have written it
         store.write(world_key(w), {name: np.asarray(array) for name, array in problem.describe(world).items()})
-    total = settings.count * len(problem.worlds)
-    for c in missing:
-        place = slices[c]
-        batch = batch_params(problem.params, _padded(settings, place, chunk), dtype)
-        program.prepare(batch, world, chunk, lambda out: _enough_disk(store, out, total - tally.resumed, total))
+    spread = program.spread
+    world = spread.place(world, P())
+    for group in spread.groups(missing):
+        places = [slices[c] for c in group]
+        filled = places + places[-1:] * (spread.count - len(places))  # for devices without a chunk
+        batch = batch_params(problem.params, _values(settings, filled, chunk), dtype)
+        batch = spread.place(batch, spread.specs(batch, problem.params))
+        program.prepare(batch, world, chunk * spread.count, lambda out: _enough_disk(store, out, *need))
         begin = time.monotonic()
         outcome = program(batch, world)
-        kept = {name: array[: place.stop - place.start] for name, array in outcome.items()}
-        kept["status"] = flag_not_finite(kept, problem.open_ended)
-        store.write(chunk_key(w, c), kept)
-        _count(tally, kept["status"])
-        tally.computed += place.stop - place.start
-        progress.advance(place.stop - place.start, time.monotonic() - begin)
+        for i, (c, place) in enumerate(zip(group, places, strict=True)):
+            count = place.stop - place.start
+            kept = {name: array[i * chunk : i * chunk + count] for name, array in outcome.items()}
+            kept["status"] = flag_not_finite(kept, problem.open_ended)
+            store.write(chunk_key(w, c), kept)
+            count_statuses(tally, kept["status"])
+            tally.computed += count
+        progress.advance(sum(place.stop - place.start for place in places), time.monotonic() - begin)

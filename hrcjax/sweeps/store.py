@@ -8,7 +8,6 @@ import contextlib
 import hashlib
 import io
 import json
-import os
 import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -22,8 +21,10 @@ from hrcjax.lab.atomic import remove_temporaries, storage_errors, write_bytes
 from hrcjax.lab.errors import StorageError, UsageError, one_line
 from hrcjax.lab.run_folder import own_files
 from hrcjax.lab.writable import check_writable
+from hrcjax.sweeps.lock import locked
+from hrcjax.sweeps.shard import Shard
 
-CONFIG, RESULTS, CHUNKS, LOCK = "config.json", "results.nc", "chunks", ".lock"
+CONFIG, RESULTS, CHUNKS, LOCK, LOCKS = "config.json", "results.nc", "chunks", ".lock", ".locks"
 ENGINE = "h5netcdf"
 
 
@@ -103,6 +104,10 @@ class RunStore:
         right = attrs.get("fingerprint") == self.fingerprint and attrs.get("key") == key
         return arrays if right and (only or attrs.get("digest") == _digest(arrays)) else None
 
+    def has(self, key: str) -> bool:
+        """Whether there is a file of this key, valid or not."""
+        return self._path(key).is_file()
+
     def finished(self) -> xr.Dataset | None:
         """The results of this run if they have been written."""
         try:
@@ -129,27 +134,11 @@ def _difference(old: Any, new: Any, name: str = "") -> str:
     return f"{name} is {shorten(old)} there, {shorten(new)} here"
 
 
-@contextlib.contextmanager
-def _lock(folder: Path) -> Iterator[None]:
-    """Locks the folder for this process; the operating system releases the lock when the process ends."""
-    import fcntl  # here: Windows, on which the programs stop with one line, lacks it
-
-    with storage_errors(folder):
-        descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise UsageError(f"another process writes to {folder}; wait for it or give another --out") from None
-        yield
-    finally:
-        os.close(descriptor)
-
-
 def _clear(folder: Path) -> None:
     """Removes a run from its folder, and no other files."""
     (folder / RESULTS).unlink(missing_ok=True)
-    shutil.rmtree(folder / CHUNKS, ignore_errors=True)
+    for name in (CHUNKS, LOCKS):
+        shutil.rmtree(folder / name, ignore_errors=True)
     for figure in (folder / "figures").glob("*.png"):
         figure.unlink(missing_ok=True)
     (folder / CONFIG).unlink(missing_ok=True)
@@ -170,18 +159,44 @@ def open_store(
         UsageError: the folder holds another run or other files, or is locked by another process.
         StorageError: the folder cannot be created or written.
     """
-    folder = Path(folder)
-    check_writable(folder, "--out")
-    own_files(folder, {CONFIG}, {RESULTS, CHUNKS, LOCK, "figures"}, "run", "--out")
-    with storage_errors(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    with _lock(folder):
+    folder = _prepared(folder)
+    with locked(folder / LOCK, f"another process writes to {folder}; wait for it or give another --out"):
         _admit(folder, fingerprint, record, overwrite)
         with storage_errors(folder):
             (folder / CHUNKS).mkdir(exist_ok=True)
         for place in (folder, folder / CHUNKS):
             remove_temporaries(place)
         yield RunStore(folder, fingerprint)
+
+
+@contextlib.contextmanager
+def open_shard(folder: str | Path, fingerprint: str, record: Mapping[str, Any], shard: Shard) -> Iterator[RunStore]:
+    """As `open_store`, but other shards of the same run may be in the folder, on this machine or on others.
+
+    Raises:
+        UsageError: as `open_store`; or the same shard is running.
+        StorageError: the folder cannot be created, written or locked.
+    """
+    folder = _prepared(folder)
+    busy = f"a process that is not a shard writes to {folder}; wait for it or give another --out"
+    with locked(folder / LOCK, busy, shared=True):
+        with storage_errors(folder):
+            for name in (LOCKS, CHUNKS):
+                (folder / name).mkdir(exist_ok=True)
+        with locked(folder / LOCKS / shard.name, f"shard {shard} runs already in {folder}"):
+            with locked(folder / LOCKS / "config", "", wait=True):
+                _admit(folder, fingerprint, record, overwrite=False)
+            yield RunStore(folder, fingerprint)
+
+
+def _prepared(folder: str | Path) -> Path:
+    """The folder, created, if a run may be there."""
+    folder = Path(folder)
+    check_writable(folder, "--out")
+    own_files(folder, {CONFIG}, {RESULTS, CHUNKS, LOCK, LOCKS, "figures"}, "run", "--out")
+    with storage_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def _admit(folder: Path, fingerprint: str, record: Mapping[str, Any], overwrite: bool) -> None:

@@ -42,7 +42,7 @@ def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["legs"], "no section 'legs'; accepted: arm, field, grad, sweep, map, all, page"),
+        (["legs"], "no section 'legs'; accepted: arm, field, grad, sweep, map, scale, all, page"),
         ([], "Missing from python -m experiments.benchmark"),
         (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
         (["arm", "--json", "none/b.json"], "no folder none"),

@@ -216,15 +216,11 @@ def test_full_disk_is_one_line_and_loses_nothing(
 def test_full_disk_at_the_end_keeps_the_chunks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    to_netcdf = xr.Dataset.to_netcdf
-
-    def full(self: xr.Dataset, path: object = None, **options: object) -> object:
-        if path is not None and "tool" in self:
-            raise RuntimeError("Unable to flush file's cached information\n(errno = 28, 'No space left on device')")
-        return to_netcdf(self, path, **options)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    def full(*_: object) -> None:
+        raise RuntimeError("Unable to flush file's cached information\n(errno = 28, 'No space left on device')")
 
     with monkeypatch.context() as patch:
-        patch.setattr(xr.Dataset, "to_netcdf", full)
+        patch.setattr("hrcjax.sweeps.dataset.write_rows", full)
         assert run("--out", "r") == 1
     error = capsys.readouterr().err.splitlines()[-1]
     assert "cannot write r/results.nc" in error and "No space left" in error
@@ -343,13 +339,13 @@ def test_list_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[1].split()[:2] == ["potential.k_att", "0.03"] and "k_att" in lines[1].split()[3:]
     assert main(["--help"]) == 0
     shown = capsys.readouterr().out
-    assert shown.count("python -m experiments.sweep --") == 5
+    assert shown.count("python -m experiments.sweep --") == 7
     for option in ("--scene", "--person", "--seed", "--out", "--quick", "--grid", "--sobol"):
         assert option in shown
 
 
 def test_interrupt_says_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def stop(*_: object) -> None:
+    def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("experiments.sweep.run.run_sweep", stop)

@@ -110,7 +110,7 @@ def test_only_one_process_writes(tmp_path: Path) -> None:
     with open_store(tmp_path, "f", RECORD):
         run = [sys.executable, "-c", code]
         second = subprocess.run(run, cwd=Path(__file__).parents[2], capture_output=True, text=True)
-        assert "UsageError: another process writes to" in second.stderr
+        assert "TakenError: another process writes to" in second.stderr
         assert second.stdout == ""
     third = subprocess.run(run, cwd=Path(__file__).parents[2], capture_output=True, text=True)
     assert third.stdout == "in\n"
