@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 
@@ -74,7 +75,7 @@ def find_loss(name: str) -> Loss:
     if str(Path.cwd()) not in sys.path and "" not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
-        of = getattr(importlib.import_module(place), function)
+        of: Any = getattr(importlib.import_module(place), function)
     except Exception as error:  # user code may raise anything
         raise UsageError(f"--loss {name}: {type(error).__name__}: {one_line(error)}") from error
     if not callable(of):

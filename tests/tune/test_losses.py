@@ -76,8 +76,8 @@ def test_values_by_other_formulas() -> None:
     assert value("excess_speed", speed=0.1) == 0 and value("excess_speed", speed=0.45) == pytest.approx(0.04)
     power = np.sum(np.abs(np.asarray(made.tau) * np.asarray(made.qd)), axis=1)
     assert value("energy") == pytest.approx(np.sum(power * (d > 0.0166)) * 0.008, rel=0.02)
-    way, T = np.linalg.norm(goal - start), 1.6
-    assert value("jerk") == pytest.approx(720 * way**2 / T**6 * T / (TIMES * 0.008), rel=0.1)
+    way, T = np.linalg.norm(goal - start), 3.0
+    assert value("jerk", duration=T) == pytest.approx(720 * way**2 / T**6 * T / (TIMES * 0.008), rel=0.1)
 
 
 def test_separation_counts_what_the_speed_needs() -> None:
