@@ -22,7 +22,7 @@ def _colour(k: int) -> str:
 
 def _grid(count: int, height: float = 2.8) -> tuple[Figure, list]:
     rows = -(-count // COLUMNS)
-    figure = new_figure(12, max(height * rows, 3.2))
+    figure = new_figure(12.0, max(height * rows, 3.2))
     axes = as_row(figure.subplots(rows, min(count, COLUMNS), squeeze=False))
     for unused in axes[count:]:
         unused.set_visible(False)

@@ -18,11 +18,13 @@ def felt_text(felt: Felt, problem: Problem) -> str:
     rows = [["parameter", "start", "low", "high", "slope/loss", "curvature/loss", "most alike"]]
     for k, name in enumerate(chosen.names):
         bounds, other = chosen.bounds[k], int(np.argmax(cosines[k]))
-        like = f"{chosen.names[other]} {cosines[k, other]:.3f}" if len(chosen.names) > 1 else ""
+        like = f"{chosen.names[other]} {cosines[k, other]:.3f}" if cosines[k, other] > 0 else ""
         numbers = (chosen.starts[k], bounds.low, bounds.high, felt.share[k], felt.curvature[k, k] / abs(felt.loss or 1))
         rows.append([name, *(f"{x:.3g}" for x in numbers), like])
     lines = [f"Before the first step, loss {felt.loss:.5g}; by the coordinates, in the worlds of the first step:"]
     lines.append(aligned(rows, "<>>>>><"))
+    if not np.isfinite(felt.loss):
+        return "\n".join([*lines, "warning: the loss is not finite here: no step from this start"])
     broken = [name for name, slope in zip(chosen.names, felt.gradient, strict=True) if not np.isfinite(slope)]
     if broken:
         lines.append(f"warning: the slope by {', '.join(broken)} is not finite: no step from this start")
