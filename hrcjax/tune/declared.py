@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import jax.numpy as jnp
 
@@ -80,7 +80,7 @@ def find_loss(name: str) -> Loss:
         raise UsageError(f"--loss {name}: {type(error).__name__}: {one_line(error)}") from error
     if not callable(of):
         raise UsageError(f"--loss {name}: accepted is a function (params, cell, world, episode) -> scalar")
-    return _loss(name, "1", of)
+    return _loss(name, "1", cast(LossFn, of))
 
 
 def parse_losses(words: Sequence[str]) -> tuple[tuple[Loss, ...], tuple[float, ...]]:

@@ -20,8 +20,15 @@ ParamsFn = Callable[[Float[Array, "parameter"]], Any]
 class Optimiser(Protocol):
     """A gradient transformation as in optax."""
 
-    init: Callable[[Any], Any]
-    update: Callable[..., tuple[Any, Any]]
+    @property
+    def init(self) -> Callable[[Any], Any]:
+        """State of a vector."""
+        ...
+
+    @property
+    def update(self) -> Callable[..., tuple[Any, Any]]:
+        """(gradient, state, vector) -> what is added to the vector, and the state."""
+        ...
 
 
 class Values(eqx.Module):

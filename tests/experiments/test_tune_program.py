@@ -1,6 +1,8 @@
 """The program that tunes, on functions in place of episodes: what it finds, that it resumes to the same numbers, and messages."""
 
+import importlib
 import json
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +14,7 @@ import pytest
 pytest.importorskip("optax")
 pytest.importorskip("orbax.checkpoint")
 
+from experiments.tune import optimiser
 from experiments.tune import run as program
 from experiments.tune.config import TuneConfig, parse
 from experiments.tune.judge import comparison, interval
@@ -173,6 +176,12 @@ def test_another_run_in_the_folder_is_refused_or_replaced(tmp_path: Path) -> Non
 def test_messages(change, message, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=message):
         program.run(replace(CONFIG, out=tmp_path / "run", **change), build)
+
+
+def test_a_missing_package_names_the_extra(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "optax", None)
+    with pytest.raises(UsageError, match=r"pip install 'hrcjax\[tune\]'"):
+        importlib.reload(optimiser)
 
 
 def test_options() -> None:
