@@ -49,7 +49,7 @@ def parameters_figure(history: History, problem: Problem, best: int) -> Figure:
     for n, (name, bounds) in enumerate(zip(problem.chosen.names, problem.chosen.bounds, strict=True)):
         for k in range(history["values"].shape[1]):
             axes[n].plot(history["values"][:, k, n], color=BEST if k == best else GRID, lw=2 if k == best else 1)
-        if bounds.low > 0:
+        if bounds.low > 0 and bounds.high > 10 * bounds.low:
             axes[n].set_yscale("log")
         axes[n].set(ylabel=name)
     return _finished(figure, axes, "Parameters, the chosen start in blue")

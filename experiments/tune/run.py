@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import sys
 import time
 from collections.abc import Callable
@@ -115,6 +116,11 @@ def run(config: TuneConfig, build: Callable[..., Problem] = closed_loop) -> int:
     return _tuned(config, problem, store, origin, begin)
 
 
+def _command() -> str:
+    """The command line, without the place of the program."""
+    return shlex.join(["python", "-m", "experiments.tune", *sys.argv[1:]])
+
+
 def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[str, Any], begin: float) -> int:
     folder, tuner = store.folder, Tuner(problem, config)
     kept = Checkpoints(folder / CASES / "steps")
@@ -126,6 +132,8 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
     judge = Judge(problem, store)
     first = np.asarray(tuner.start.vector[:1])
     candidates = np.concatenate([first, np.asarray(state.best), np.asarray(state.vector)])
+    candidates, where = np.unique(candidates, axis=0, return_index=True)
+    candidates, where = candidates[np.argsort(where)], np.sort(where)  # in order, the first one first
     found = judge.measured(candidates, problem.training, "training episode")
     losses = found["loss"].mean(axis=1)
     place = int(np.argmin(np.where(np.isfinite(losses), losses, np.inf)))
@@ -137,7 +145,7 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
 
     before, after = (np.asarray(problem.chosen.values(jax.numpy.asarray(v)), float) for v in pair)
     values = dict(zip(problem.chosen.names, map(float, after), strict=True))
-    write_tuned(folder / TUNED, values, above(origin["command"], origin["commit"], problem, sections))
+    write_tuned(folder / TUNED, values, above(_command(), origin["commit"], problem, sections))
     rows = {f"tune_{section.replace(' ', '_')}": entries for section, entries in sections.items()}
     rows["tune"] = {
         "steps": {"value": int(state.step), "unit": "1"},
@@ -151,7 +159,7 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted
 
-        draw(folder / FIGURES, history, metrics, problem, max(place - 1, 0) % config.starts)
+        draw(folder / FIGURES, history, metrics, problem, max(int(where[place]) - 1, 0) % config.starts)
     print("\n" + values_table(problem, before, after) + "\n\n" + table(sections, problem) + "\n")
     if place == 0 and config.steps:
         print("No start became better than the parameters at the start over all training worlds: these are kept.")

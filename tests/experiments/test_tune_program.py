@@ -72,12 +72,24 @@ def whole(tmp_path_factory) -> Path:
     return folder / "run"
 
 
-def test_resumed_run_has_the_same_numbers(whole: Path, tmp_path: Path, capsys) -> None:
+def test_resumed_run_has_the_same_numbers(whole: Path, tmp_path: Path, capsys, monkeypatch) -> None:
+    """Three steps, continued, killed in the sixth step, and continued from the last checkpoint."""
     config = replace(CONFIG, out=tmp_path / "run")
     program.run(replace(config, steps=3), build)
-    capsys.readouterr()
-    program.run(config, build)
+    step = Tuner.step
+
+    def killed(self, state):
+        if int(state.step) == 5:
+            raise KeyboardInterrupt
+        return step(self, state)
+
+    monkeypatch.setattr(Tuner, "step", killed)
+    with pytest.raises(KeyboardInterrupt):
+        program.run(config, build)
     assert "goes on after step 3" in capsys.readouterr().err
+    monkeypatch.undo()
+    program.run(config, build)
+    assert "goes on after step 4" in capsys.readouterr().err
     one, other = history(whole, CONFIG), history(tmp_path / "run", CONFIG)
     assert one[1]["loss"].shape == (6, 3) and one[1]["values"].shape == (6, 3, 2)
     for name, array in one[1].items():
