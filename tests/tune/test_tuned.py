@@ -22,7 +22,7 @@ def test_round_trip(tmp_path: Path) -> None:
 )
 def test_other_files_are_refused(text: str, tmp_path: Path) -> None:
     (tmp_path / "x.toml").write_text(text)
-    with pytest.raises(UsageError, match="--from .*x.toml"):
+    with pytest.raises(UsageError, match=r"--from .*x\.toml"):
         read_tuned(tmp_path / "x.toml", "--from")
     with pytest.raises(UsageError, match=f"no {TUNED} there"):
         read_tuned(tmp_path, "--from")
