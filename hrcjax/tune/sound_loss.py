@@ -1,6 +1,6 @@
 """A smooth surrogate of the sound score: the same terms with soft minima and shares in place of minima and conditions.
 
-It reads the sensed distances, the score the exact ones; it charges a contact by its depth, where the score's term ends at 0;
+It reads the sensed distances, of which the clearance holds people too, the score the exact ones of obstacles; it charges a contact by its depth, where the score's term ends at 0;
 a run succeeds by a share, of the distance to the goal at the end and of the smallest clearance.
 """
 
