@@ -14,6 +14,7 @@ setup(
         "hrcjax.configs.avoidance",
         "hrcjax.configs.sensing",
         "hrcjax.configs.sweep",
+        "hrcjax.configs.tune",
     ],
     package_dir={"hrcjax.programs": "experiments", "hrcjax.configs": "configs"},
     package_data={
@@ -21,5 +22,6 @@ setup(
         "hrcjax.configs.avoidance": ["*.toml"],
         "hrcjax.configs.sensing": ["*.toml"],
         "hrcjax.configs.sweep": ["*.toml"],
+        "hrcjax.configs.tune": ["*.toml"],
     },
 )

@@ -1,0 +1,109 @@
+"""Figures of a tuning: losses, parameters, gradients, before and after."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hrcjax.lab.atomic import replace_file
+from hrcjax.viz.style import BEST, GRID, KNOB_COLOURS, TEXT, WORST, as_row, heading, new_figure, tidy
+
+from .optimiser import History
+from .problem import Problem
+
+COLUMNS = 3
+
+
+def _colour(k: int) -> str:
+    return KNOB_COLOURS[k % len(KNOB_COLOURS)]
+
+
+def _grid(count: int, height: float = 2.8) -> tuple[Figure, list]:
+    rows = -(-count // COLUMNS)
+    figure = new_figure(12.0, max(height * rows, 3.2))
+    axes = as_row(figure.subplots(rows, min(count, COLUMNS), squeeze=False))
+    for unused in axes[count:]:
+        unused.set_visible(False)
+    return figure, axes[:count]
+
+
+def losses_figure(history: History, problem: Problem, best: int) -> Figure:
+    """The loss of every start and the terms of the best one, by step."""
+    figure, axes = _grid(1 + len(problem.losses))
+    for k in range(history["loss"].shape[1]):
+        axes[0].plot(
+            history["loss"][:, k], color=BEST if k == best else GRID, lw=2 if k == best else 1, label=f"start {k}"
+        )
+    axes[0].set(ylabel="loss [1]", title="weighted sum, minibatch")
+    for n, loss in enumerate(problem.losses):
+        axes[n + 1].plot(history["terms"][:, best, n], color=_colour(n))
+        axes[n + 1].set(ylabel=f"{loss.name} [{loss.unit}]", title=f"weight {problem.weights[n]:g}")
+    return _finished(figure, axes, "Loss and its terms")
+
+
+def parameters_figure(history: History, problem: Problem, best: int) -> Figure:
+    """Every parameter by step, of every start."""
+    figure, axes = _grid(len(problem.chosen.names))
+    for n, (name, bounds) in enumerate(zip(problem.chosen.names, problem.chosen.bounds, strict=True)):
+        for k in range(history["values"].shape[1]):
+            axes[n].plot(history["values"][:, k, n], color=BEST if k == best else GRID, lw=2 if k == best else 1)
+        if bounds.low > 0 and bounds.high > 10 * bounds.low:
+            axes[n].set_yscale("log")
+        axes[n].set(ylabel=name)
+    return _finished(figure, axes, "Parameters, the chosen start in blue")
+
+
+def gradients_figure(history: History) -> Figure:
+    """The norm of the gradient by step."""
+    figure, axes = _grid(1)
+    norms = np.linalg.norm(history["gradient"], axis=-1)
+    for k in range(norms.shape[1]):
+        axes[0].plot(norms[:, k], color=_colour(k), label=f"start {k}")
+    if (norms > 0).any():
+        axes[0].set_yscale("log")
+    axes[0].set(ylabel="norm of the gradient [1]")
+    axes[0].legend(fontsize=8)
+    return _finished(figure, axes, "Gradient of the loss by the coordinates")
+
+
+def before_after_figure(metrics: Mapping[str, Mapping[str, NDArray]], problem: Problem) -> Figure:
+    """Every metric in every world, before and after; a point each world."""
+    figure, axes = _grid(len(problem.units))
+    for axis, (name, (unit, better)) in zip(axes, problem.units.items(), strict=True):
+        for (section, found), colour in zip(metrics.items(), (BEST, WORST), strict=False):
+            axis.plot(found[name][0], found[name][1], "o", color=colour, ms=5, alpha=0.8, label=section)
+        ends = np.array([axis.get_xlim(), axis.get_ylim()])
+        span = (ends.min(), ends.max())
+        axis.plot(span, span, color=TEXT, lw=0.8, ls=":")
+        axis.set(xlabel="before", ylabel="after", title=f"{name} [{unit}], {better} is better")
+        axis.title.set_fontsize(9)
+    axes[0].legend(fontsize=8)
+    return _finished(figure, axes, "Before and after, a point each world", steps=False)
+
+
+def _finished(figure: Figure, axes: list, title: str, steps: bool = True) -> Figure:
+    for axis in axes:
+        if steps:
+            axis.set_xlabel("step")
+        axis.grid(color=GRID, lw=0.5)
+        tidy(axis)
+    heading(figure, title)
+    return figure
+
+
+def draw(
+    folder: Path, history: History, metrics: Mapping[str, Mapping[str, NDArray]], problem: Problem, best: int
+) -> None:
+    """All figures as PNG files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = {"before_after": before_after_figure(metrics, problem)}
+    if history:
+        made |= {
+            "losses": losses_figure(history, problem, best),
+            "parameters": parameters_figure(history, problem, best),
+            "gradients": gradients_figure(history),
+        }
+    for name, figure in made.items():
+        replace_file(folder / f"{name}.png", lambda path, f=figure: f.savefig(path, dpi=120, format="png"))

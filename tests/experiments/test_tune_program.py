@@ -1,0 +1,213 @@
+"""The program that tunes, on functions in place of episodes: what it finds, that it resumes to the same numbers, and messages."""
+
+import importlib
+import json
+import sys
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+pytest.importorskip("optax")
+pytest.importorskip("orbax.checkpoint")
+
+from experiments.tune import optimiser
+from experiments.tune import run as program
+from experiments.tune.config import TuneConfig, parse
+from experiments.tune.judge import comparison, interval
+from experiments.tune.loop import Tuner
+from experiments.tune.optimiser import Checkpoints
+from experiments.tune.problem import Problem, named_cell, world_names
+from experiments.tune.report import felt_text
+from hrcjax.lab.errors import UsageError
+from hrcjax.tune import LOSSES, choose
+from hrcjax.tune.tuned import read_tuned
+
+OPTIMUM = {"potential.k_att": 0.08, "potential.zeta": 3.5}
+CONFIG = TuneConfig(
+    params=("K_att=0.01:0.2", "zeta=1.2:5"), loss=("sound=1",), people=("reach_in",), seeds=(0, 1, 2), held_out_seeds=(7, 8),
+    steps=6, batch=2, starts=3, every=2, figures=False,
+)  # fmt: skip
+
+
+def build(config: TuneConfig, named) -> Problem:
+    """Every world pulls two parameters to a point of its own about the optimum; a third start of one parameter is not finite."""
+    chosen = choose(config.params, named.params, named.known_aliases(), named.known_domains(), config.frozen)
+    train, held = world_names(config)
+
+    def terms(params, world):
+        pulls = [jnp.log(params.potential.k_att / (0.08 * world[0])), jnp.log(params.potential.zeta / (3.5 * world[1]))]
+        return jnp.stack([pulls[0] ** 2 + pulls[1] ** 2])
+
+    def measure(params, world):
+        return {"loss": terms(params, world)[0]}
+
+    def world(seed):
+        tilt = np.random.default_rng(seed % 3).normal(0, 0.02, 2)
+        return np.exp(np.where(seed < 3, 1.0, -1.0) * tilt)
+
+    return Problem(
+        base=named.params, chosen=chosen, losses=(LOSSES["sound"],), weights=(1.0,), terms=terms, measure=measure,
+        units={"loss": ("1", "low")}, training={f"{n}": world(n[2]) for n in train}, held_out={f"{n}": world(n[2]) for n in held},
+    )  # fmt: skip
+
+
+def history(folder: Path, config: TuneConfig):
+    """State and history on disk."""
+    tuner = Tuner(build(config, named_cell(config)), config)
+    kept = Checkpoints(folder / "cases" / "steps")
+    found = kept.newest(tuner.start)
+    kept.close()
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("whole")
+    assert program.run(replace(CONFIG, out=folder / "run"), build) == 0
+    return folder / "run"
+
+
+def test_resumed_run_has_the_same_numbers(whole: Path, tmp_path: Path, capsys, monkeypatch) -> None:
+    """Three steps, continued, killed in the sixth step, and continued from the last checkpoint."""
+    config = replace(CONFIG, out=tmp_path / "run")
+    program.run(replace(config, steps=3), build)
+    step = Tuner.step
+
+    def killed(self, state):
+        if int(state.step) == 5:
+            raise KeyboardInterrupt
+        return step(self, state)
+
+    monkeypatch.setattr(Tuner, "step", killed)
+    with pytest.raises(KeyboardInterrupt):
+        program.run(config, build)
+    assert "goes on after step 3" in capsys.readouterr().err
+    monkeypatch.undo()
+    program.run(config, build)
+    assert "goes on after step 4" in capsys.readouterr().err
+    one, other = history(whole, CONFIG), history(tmp_path / "run", CONFIG)
+    assert one[1]["loss"].shape == (6, 3) and one[1]["values"].shape == (6, 3, 2)
+    for name, array in one[1].items():
+        np.testing.assert_array_equal(array, other[1][name], err_msg=name)
+    for field in ("vector", "best", "best_loss", "step", "skipped"):
+        np.testing.assert_array_equal(getattr(one[0], field), getattr(other[0], field))
+    assert (whole / "tuned.toml").read_text().split("[parameters]")[1] == (tmp_path / "run/tuned.toml").read_text().split("[parameters]")[1]  # fmt: skip
+
+
+def test_a_damaged_checkpoint_falls_back_to_the_one_before(whole: Path, tmp_path: Path) -> None:
+    config = replace(CONFIG, out=tmp_path / "run")
+    program.run(replace(config, steps=4), build)
+    newest = tmp_path / "run/cases/steps/4"
+    for file in [path for path in newest.rglob("*") if path.is_file()]:
+        file.write_bytes(b"")
+    program.run(config, build)
+    np.testing.assert_array_equal(history(whole, CONFIG)[1]["loss"], history(tmp_path / "run", CONFIG)[1]["loss"])
+
+
+def test_finds_the_optimum_and_tells_it(tmp_path: Path, capsys) -> None:
+    config = replace(
+        CONFIG, steps=150, batch=3, every=50, out=tmp_path / "run", json=tmp_path / "rows.json", figures=True
+    )
+    assert program.run(config, build) == 0
+    said = capsys.readouterr().out
+    assert "potential.zeta" in said and "held out" in said and "95 %" in said
+    values = tomllib.loads((tmp_path / "run/tuned.toml").read_text())["parameters"]
+    tilts = np.mean([np.random.default_rng(k).normal(0, 0.02, 2) for k in range(3)], axis=0)
+    expected = {name: x * np.exp(t) for (name, x), t in zip(OPTIMUM.items(), tilts, strict=True)}
+    assert values == pytest.approx(expected, rel=2e-3)
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert rows["tune"]["steps"]["value"] == 150
+    for section in ("tune_training", "tune_held_out"):
+        row = {name: entry["value"] for name, entry in rows[section].items()}
+        assert row["loss after"] < 0.01 < row["loss before"]
+        assert row["loss low"] <= row["loss change"] <= row["loss high"] < 0
+    drawn = {path.name for path in (tmp_path / "run/figures").iterdir()}
+    assert drawn == {"losses.png", "parameters.png", "gradients.png", "before_after.png"}
+
+    after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=tmp_path / "run")
+    assert program.run(after, build) == 0
+    assert read_tuned(tmp_path / "next", "--from") == pytest.approx(values, rel=1e-6)
+
+
+def test_not_finite_is_counted_and_said(tmp_path: Path, capsys) -> None:
+    def broken(config, named) -> Problem:
+        made = build(config, named)
+        return replace(made, terms=lambda p, w: made.terms(p, w) + jnp.where(p.potential.zeta < 4.5, jnp.nan, 0.0))
+
+    config = replace(CONFIG, starts=1, out=tmp_path / "run")
+    assert program.run(config, broken) == 3
+    said = capsys.readouterr()
+    assert "6 of 6 gradients were not finite" in said.err and "the loss is not finite here: no step" in said.out
+    start = named_cell(CONFIG).params.potential
+    found = read_tuned(tmp_path / "run", "--from")
+    assert found == pytest.approx({"potential.k_att": start.k_att, "potential.zeta": start.zeta}, rel=1e-5)
+
+
+def test_what_is_not_felt_is_said() -> None:
+    config = replace(CONFIG, params=("K_att=0.01:0.2", "zeta=1.2:5", "motion.speed"), starts=1)
+    made = build(config, named_cell(config))
+    assert "does not feel motion.speed (" in felt_text(Tuner(made, config).feel(), made)
+
+    def product(params, world):
+        return (params.potential.k_att * params.potential.zeta - 0.2)[None] ** 2 + 1
+
+    both = replace(CONFIG, params=("potential.k_att=1e-4:1e0", "zeta=1.0:10"), starts=1)
+    alike = replace(build(both, named_cell(both)), terms=product)
+    said = felt_text(Tuner(alike, both).feel(), alike)
+    assert "does not feel" not in said
+
+
+def test_another_run_in_the_folder_is_refused_or_replaced(tmp_path: Path) -> None:
+    config = replace(CONFIG, steps=1, starts=1, out=tmp_path / "run")
+    program.run(config, build)
+    with pytest.raises(UsageError, match="another --out, or --overwrite"):
+        program.run(replace(config, rate=0.3), build)
+    program.run(replace(config, rate=0.3, overwrite=True), build)
+    assert int(history(tmp_path / "run", replace(config, rate=0.3))[0].step) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"steps": -1}, "--steps -1"),
+        ({"rate": 0.0}, "--rate 0"),
+        ({"seeds": (0, 0)}, "--seeds: a value is given twice"),
+        ({"held_out_seeds": (0,)}, "in training and held out"),
+        ({"seeds": ()}, "no world to train in"),
+        ({"people": ("nobdy",)}, "nobdy"),
+        ({"loss": ("soud",)}, "no loss 'soud'"),
+        ({"params": ("K_at",)}, "unknown parameter"),
+        ({"start_from": Path("nowhere")}, "--from nowhere"),
+    ],
+)
+def test_messages(change, message, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=message):
+        program.run(replace(CONFIG, out=tmp_path / "run", **change), build)
+
+
+def test_a_missing_package_names_the_extra(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "optax", None)
+    with pytest.raises(UsageError, match=r"pip install 'hrcjax\[tune\]'"):
+        importlib.reload(optimiser)
+
+
+def test_options() -> None:
+    config = parse(["--params", "zeta", "--from", "runs/other", "--quick"])
+    assert config.params == ("zeta",) and config.start_from == Path("runs/other")
+    assert (config.steps, config.batch, config.starts, len(config.people)) == (3, 1, 1, 1)
+    with pytest.raises(UsageError, match="close: --params"):
+        parse(["--param", "zeta"])
+
+
+def test_interval_holds_the_mean_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(0)
+    inside = [low < 0.5 < high for low, high in (interval(rng.normal(0.5, 1, 30), k) for k in range(200))]
+    assert 0.88 < np.mean(inside) < 0.99
+    assert np.isnan(interval(np.array([1.0]), 0)).all()
+    rows = comparison({"a": np.array([[1.0, np.nan, 3.0], [2.0, 5.0, 4.0]])}, {"a": ("m", "low")}, 0)
+    assert rows["a change"]["value"] == 1 and rows["a low"]["value"] == rows["a high"]["value"] == 1
