@@ -1,7 +1,8 @@
 """A smooth surrogate of the sound score: the same terms with soft minima and shares in place of minima and conditions.
 
-It reads the sensed distances, of which the clearance holds people too, the score the exact ones of obstacles; it charges a contact by its depth, where the score's term ends at 0;
-a run succeeds by a share, of the distance to the goal at the end and of the smallest clearance.
+The clearance is that of the arm's control spheres to the exact obstacles, the separation the sensed one; a contact is charged by
+its depth, where the score's term ends at 0; a run succeeds by a share, of the distance to the goal at the end and of the smallest
+clearance.
 """
 
 import jax
@@ -10,10 +11,13 @@ import jax.numpy as jnp
 from hrcjax.metrics import ideal_time
 from hrcjax.metrics.sound_score import SoundScoreParams, SoundTerms, sound_energy, sound_jerk
 from hrcjax.numerics import safe_divide, safe_norm
+from hrcjax.robot import control_points
 from hrcjax.sim import Cell, Episode, Params, World
 from hrcjax.sim.outcome import REACHED
+from hrcjax.sim.tick import Record
 from hrcjax.tune.losses import away, protective, smooth_energy
-from hrcjax.typing import Array, Float
+from hrcjax.typing import Array, Float, Joints
+from hrcjax.world.scene import scene_distance
 
 NEAR = 0.005
 """Width of the soft minimum of the clearance, and of the share of success beside a contact [m]."""
@@ -26,13 +30,24 @@ def soft_least(x: Float[Array, "sample"], width: float) -> Float[Array, ""]:
     return jnp.sum(jax.nn.softmax(-x / width) * x)
 
 
+def obstacle_gap(cell: Cell, world: World, record: Record) -> Float[Array, "sample"]:
+    """Least distance of the control spheres to the obstacles that stand, at every `metric_stride`-th tick [m]."""
+    radii = jnp.asarray(cell.arm.control_radii, record.q.dtype)
+
+    def at(q: Joints) -> Float[Array, ""]:
+        d = jax.vmap(lambda x: scene_distance(world.scene, x, table=False))(control_points(cell.arm, q))
+        return jnp.min(d - radii)
+
+    return jax.vmap(at)(record.q[:: cell.metric_stride])
+
+
 def smooth_terms(params: Params, cell: Cell, world: World, run: Episode) -> SoundTerms:
     """The terms of the score, each out of 100, less where something is touched."""
     sound, record, scene = SoundScoreParams(), run.record, world.scene
     share = away(world, run)
     total = jnp.sum(share)
     time = jnp.maximum(total, 1.0) * cell.dt
-    u = jnp.minimum(soft_least(record.field_clearance, NEAR) / sound.full_clearance, 1.0)
+    u = jnp.minimum(soft_least(obstacle_gap(cell, world, record), NEAR) / sound.full_clearance, 1.0)
     apart, needed = protective(params, cell, run)
     missing = jnp.clip(1 - safe_divide(apart, needed), 0.0, 1.0)
     direct = jnp.minimum(safe_divide(safe_norm(scene.goal - record.tool[0]), run.path.length, 1.0), 1.0)
@@ -53,7 +68,7 @@ def sound(params: Params, cell: Cell, world: World, run: Episode) -> Float[Array
     weights = {name: getattr(rules, name) for name in names}
     quality = sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100
     left = jnp.sum(((run.record.tool[-1] - world.scene.goal) / REACHED) ** 2)
-    success = jax.nn.sigmoid(soft_least(run.record.field_clearance, NEAR) / NEAR) / (1 + left)
+    success = jax.nn.sigmoid(soft_least(obstacle_gap(cell, world, run.record), NEAR) / NEAR) / (1 + left)
     score = success * (rules.least + (100 - rules.least) * quality) + (1 - success) * rules.failed * quality
     return 1 - score / 100
 

@@ -13,8 +13,11 @@ import pytest
 from hrcjax.cells import make_cell
 from hrcjax.lab.errors import UsageError
 from hrcjax.metrics.sound_score import SoundScoreParams
+from hrcjax.reference.truth import solid_distance
+from hrcjax.robot import control_points
 from hrcjax.sim import Episode, Params, World
 from hrcjax.sim.tick import Record
+from hrcjax.tune import sound_loss
 from hrcjax.tune.declared import LOSSES, find_loss, parse_losses
 from hrcjax.tune.loss import EFFORT
 from hrcjax.tune.sound_loss import smooth_terms, soft_least
@@ -35,6 +38,7 @@ def empty(kind, **fields):
 SCENE = jax.tree.map(lambda x: x.astype(jnp.float64) if jnp.issubdtype(x.dtype, jnp.floating) else x, SCENE)
 WORLD = empty(World, scene=SCENE)
 CELL = replace(make_cell(), ticks=TIMES)
+HOME = np.asarray(CELL.arm.home)
 
 
 def record(duration: float = 1.6, clearance: float = 0.3, apart: float = 5.0, speed: float = 0.1) -> Record:
@@ -100,6 +104,30 @@ def test_what_is_asked_cannot_be_tuned_away() -> None:
     assert float(jax.grad(loss)(0.2)) == 0
 
 
+@pytest.fixture
+def gap_given(monkeypatch) -> None:
+    """The clearance of a run is the one that it was given, not that of its joints."""
+    monkeypatch.setattr(sound_loss, "obstacle_gap", lambda cell, world, record: record.field_clearance)
+
+
+def test_the_gap_is_that_of_the_spheres_to_the_obstacles() -> None:
+    """Against distances to the solids in NumPy; who the robot senses does not matter."""
+    random = np.random.default_rng(0)
+    q = np.repeat(HOME + random.uniform(-0.6, 0.6, (4, 6)), TIMES // 4, axis=0)
+    made = replace(record(), q=jnp.asarray(q), field_clearance=jnp.full(TIMES, -1.0))
+    found = sound_loss.obstacle_gap(CELL, WORLD, made)
+    for k in range(4):
+        x = np.asarray(control_points(CELL.arm, jnp.asarray(q[k * TIMES // 4])))
+        solids = [
+            solid_distance(int(SCENE.kind[n]), *(np.asarray(v[n], float) for v in (SCENE.center, SCENE.size)), float(SCENE.yaw[n]), x)
+            for n in np.flatnonzero(SCENE.mask)
+        ]  # fmt: skip
+        np.testing.assert_allclose(
+            found[k * len(found) // 4], (np.min(solids, axis=0) - CELL.arm.control_radii).min(), atol=1e-6
+        )
+
+
+@pytest.mark.usefixtures("gap_given")
 def test_smooth_terms_of_a_minimum_jerk_reach() -> None:
     terms = smooth_terms(Params(), CELL, WORLD, run())
     assert float(terms.clearance) == pytest.approx(100) and float(terms.separation) == pytest.approx(100)
@@ -112,6 +140,7 @@ def test_smooth_terms_of_a_minimum_jerk_reach() -> None:
     assert fast / slow == pytest.approx(1.25, rel=0.02)
 
 
+@pytest.mark.usefixtures("gap_given")
 def test_sound_ranks_as_the_score_does() -> None:
     good = value("sound")
     assert 0 < good < 0.5
