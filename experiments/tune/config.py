@@ -13,7 +13,7 @@ from hrcjax.lab.options import parse_options
 DESCRIPTION = """Tune parameters of the whole system by the gradient of a loss over whole closed-loop episodes.
 
 Before the first step it says which of the chosen parameters the loss feels, and which pairs it cannot tell apart. At the end it
-measures the defaults and the tuned parameters by the exact metrics, in the training worlds and in worlds never seen. The state is
+measures the start and the tuned parameters by the exact metrics, in the training worlds and in worlds never seen. The state is
 kept as it goes: an interrupted run is resumed by the same command, to the same numbers; a larger --steps continues it.
 
 Examples:

@@ -79,6 +79,8 @@ def comparison(metrics: Mapping[str, NDArray], units: Mapping[str, tuple[str, st
     rows: dict[str, dict] = {}
     for name, (unit, better) in units.items():
         before, after = np.asarray(metrics[name], float)
+        both = np.isfinite(before) & np.isfinite(after)
+        before, after = np.where(both, before, np.nan), np.where(both, after, np.nan)
         low, high = interval(after - before, seed)
         numbers = {
             "before": mean(before),

@@ -2,6 +2,8 @@
 
 import logging
 import shutil
+import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +11,7 @@ import jax
 import numpy as np
 
 from hrcjax.lab.atomic import storage_errors
-from hrcjax.lab.errors import UsageError
+from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.tune.step import Optimiser, TuneState
 
 try:
@@ -27,6 +29,11 @@ History = dict[str, np.ndarray]
 def make_optimiser(rate: float, clip: float) -> Optimiser:
     """Adam, with gradients shortened to a norm of `clip`."""
     return optax.chain(optax.clip_by_global_norm(clip), optax.adam(rate))
+
+
+def optimiser_versions() -> dict[str, str]:
+    """Versions of the packages that decide steps and checkpoints."""
+    return {name: metadata.version(name) for name in ("optax", "orbax-checkpoint")}
 
 
 def _leaves(state: TuneState) -> list[Any]:
@@ -57,7 +64,7 @@ class Checkpoints:
             self.manager.wait_until_finished()
 
     def newest(self, like: TuneState) -> tuple[TuneState, History] | None:
-        """The newest state that can be read, and its history; None: there is none. Damaged ones are removed.
+        """The newest state that can be read, and its history; None: there is none. Damaged ones are moved aside, and named.
 
         Args:
             like: a state of the same shapes.
@@ -67,8 +74,18 @@ class Checkpoints:
                 found: Any = self.manager.restore(step, args=ocp.args.StandardRestore())  # pyright: ignore[reportCallIssue]
                 arrays = [found["state"][name] for name in sorted(found["state"])]
                 return _state_of(arrays, like), dict(found["history"])
-            except Exception:  # orbax has many errors for damaged files
-                shutil.rmtree(self.folder / str(step), ignore_errors=True)
+            except MemoryError:
+                raise
+            except Exception as error:  # orbax has many errors for damaged files
+                place = self.folder.parent / f"damaged-step-{step}"
+                shutil.rmtree(place, ignore_errors=True)
+                with storage_errors(place):
+                    (self.folder / str(step)).rename(place)
+                print(
+                    f"warning: the state after step {step} cannot be read ({one_line(error)}): {place}",
+                    file=sys.stderr,
+                    flush=True,
+                )
                 self.manager.reload()
         return None
 

@@ -25,13 +25,13 @@ from hrcjax.lab.provenance import LOADED_CODE, PACKAGE, file_digest, fingerprint
 from hrcjax.lab.rows import read_results
 from hrcjax.lab.table import aligned
 from hrcjax.lab.writable import check_writable
-from hrcjax.tune import LOSSES, choose, find_loss, parse_losses
-from hrcjax.tune.tuned import TUNED, write_tuned
+from hrcjax.tune import LOSSES, choose, parse_losses
+from hrcjax.tune.tuned import TUNED, read_tuned, write_tuned
 
 from .config import TuneConfig
 from .judge import Judge, comparison
 from .loop import Tuner, tune
-from .optimiser import Checkpoints
+from .optimiser import Checkpoints, optimiser_versions
 from .problem import Problem, closed_loop, named_cell, world_names
 from .report import above, felt_text, table, values_table
 
@@ -72,7 +72,8 @@ def identity(config: TuneConfig, named: Any) -> dict[str, Any]:
         "code": LOADED_CODE,
         "library": {path.name: file_digest(path) for path in sorted((PACKAGE / "tune").glob("*.py"))},
         "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
-        "versions": {name: used[name] for name in ("jax", "jaxlib", "numpy")},
+        "versions": {name: used[name] for name in ("jax", "jaxlib", "numpy")} | optimiser_versions(),
+        "backend": jax.default_backend(),
         "x64": bool(jax.config.jax_enable_x64),  # pyright: ignore[reportAttributeAccessIssue]  # set at run time
     }
 
@@ -103,8 +104,6 @@ def run(config: TuneConfig, build: Callable[..., Problem] = closed_loop) -> int:
         return 0
     choose(config.params, named.params, named.known_aliases(), named.known_domains(), config.frozen)
     parse_losses(config.loss)
-    for word in config.loss:
-        find_loss(word.partition("=")[0])
     train, held = world_names(config)
     mark = fingerprint(identity(config, named))
     folder = config.out or Path("runs") / f"tune-{mark[:8]}"
@@ -112,6 +111,9 @@ def run(config: TuneConfig, build: Callable[..., Problem] = closed_loop) -> int:
     origin = provenance()
     store = RunStore(folder, mark, {"program": "tune", "config": asked, **origin}, config.overwrite)
     print(f"{len(train)} worlds to train in, {len(held)} held out -> {folder}", file=sys.stderr, flush=True)
+    if config.overwrite:
+        for name in (TUNED, "rows.json"):
+            (folder / name).unlink(missing_ok=True)
     problem = build(config, named)
     return _tuned(config, problem, store, origin, begin)
 
@@ -144,15 +146,24 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
     sections = {section: comparison(each, problem.units, config.seed) for section, each in metrics.items()}
 
     before, after = (np.asarray(problem.chosen.values(jax.numpy.asarray(v)), float) for v in pair)
-    values = dict(zip(problem.chosen.names, map(float, after), strict=True))
+    values = read_tuned(config.start_from, "--from") if config.start_from else {}
+    values |= dict(zip(problem.chosen.names, map(float, after), strict=True))
     write_tuned(folder / TUNED, values, above(_command(), origin["commit"], problem, sections))
-    rows = {f"tune_{section.replace(' ', '_')}": entries for section, entries in sections.items()}
+    rows = {
+        f"tune_{section.replace(' ', '_')}": {
+            name: entry for name, entry in entries.items() if np.isfinite(entry["value"])
+        }
+        for section, entries in sections.items()
+    }
     rows["tune"] = {
         "steps": {"value": int(state.step), "unit": "1"},
-        "compile_s": {"value": tuner.compile_s, "unit": "s"},
-        "step_s": {"value": tuner.run_s / max(tuner.calls, 1), "unit": "s"},
         "not_finite": {"value": int(np.asarray(state.skipped).sum()), "unit": "1"},
     }
+    if tuner.calls:
+        rows["tune"] |= {
+            "compile_s": {"value": tuner.compile_s, "unit": "s"},
+            "step_s": {"value": tuner.run_s / tuner.calls, "unit": "s"},
+        }
     write_bytes(folder / "rows.json", (json.dumps(rows, indent=1) + "\n").encode())
     if config.json:
         write_bytes(config.json, (json.dumps(read_results(config.json) | rows, indent=1) + "\n").encode())

@@ -1,13 +1,15 @@
 """A smooth surrogate of the sound score: the same terms with soft minima and shares in place of minima and conditions.
 
-The clearance is that of the arm's control spheres to the exact obstacles, the separation the sensed one; a contact is charged by
-its depth, where the score's term ends at 0; a run succeeds by a share, of the distance to the goal at the end and of the smallest
-clearance.
+Clearance and contacts are those of the arm's control spheres with the exact obstacles and people, the separation is the sensed one;
+a contact is charged by its depth, where the score's term ends at 0; a run succeeds by a share, of the distance to the goal at the
+end and of both smallest distances.
 """
 
 import jax
 import jax.numpy as jnp
 
+from hrcjax.geom.segment import FAR
+from hrcjax.geom.shape import capsule_point_distance
 from hrcjax.metrics import ideal_time
 from hrcjax.metrics.sound_score import SoundScoreParams, SoundTerms, sound_energy, sound_jerk
 from hrcjax.numerics import safe_divide, safe_norm
@@ -17,6 +19,7 @@ from hrcjax.sim.outcome import REACHED
 from hrcjax.sim.tick import Record
 from hrcjax.tune.losses import away, protective, smooth_energy
 from hrcjax.typing import Array, Float, Joints
+from hrcjax.world.person import person_at
 from hrcjax.world.scene import scene_distance
 
 NEAR = 0.005
@@ -39,6 +42,19 @@ def obstacle_gap(cell: Cell, world: World, record: Record) -> Float[Array, "samp
         return jnp.min(d - radii)
 
     return jax.vmap(at)(record.q[:: cell.metric_stride])
+
+
+def person_gap(cell: Cell, world: World, record: Record) -> Float[Array, "sample"]:
+    """Least distance of the control spheres to people, at every `metric_stride`-th tick; FAR without anybody [m]."""
+    radii = jnp.asarray(cell.arm.control_radii, record.q.dtype)
+    to_capsules = jax.vmap(capsule_point_distance, in_axes=(None, 0, 0, 0))
+
+    def at(q: Joints, t: Float[Array, ""]) -> Float[Array, ""]:
+        body = person_at(world.person, t)
+        apart = jax.vmap(lambda x: to_capsules(x, body.a, body.b, body.radius))(control_points(cell.arm, q))
+        return jnp.min(jnp.where(body.radius >= 0, apart - radii[:, None], FAR))
+
+    return jax.vmap(at)(record.q[:: cell.metric_stride], jnp.asarray(cell.times[:: cell.metric_stride], record.q.dtype))
 
 
 def smooth_terms(params: Params, cell: Cell, world: World, run: Episode) -> SoundTerms:
@@ -68,7 +84,9 @@ def sound(params: Params, cell: Cell, world: World, run: Episode) -> Float[Array
     weights = {name: getattr(rules, name) for name in names}
     quality = sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100
     left = jnp.sum(((run.record.tool[-1] - world.scene.goal) / REACHED) ** 2)
-    success = jax.nn.sigmoid(soft_least(obstacle_gap(cell, world, run.record), NEAR) / NEAR) / (1 + left)
+    success = 1 / (1 + left)
+    for gap in (obstacle_gap, person_gap):
+        success = success * jax.nn.sigmoid(soft_least(gap(cell, world, run.record), NEAR) / NEAR)
     score = success * (rules.least + (100 - rules.least) * quality) + (1 - success) * rules.failed * quality
     return 1 - score / 100
 

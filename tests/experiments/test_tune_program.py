@@ -210,4 +210,5 @@ def test_interval_holds_the_mean_as_often_as_it_says() -> None:
     assert 0.88 < np.mean(inside) < 0.99
     assert np.isnan(interval(np.array([1.0]), 0)).all()
     rows = comparison({"a": np.array([[1.0, np.nan, 3.0], [2.0, 5.0, 4.0]])}, {"a": ("m", "low")}, 0)
+    assert rows["a before"]["value"] == 2 and rows["a after"]["value"] == 3, "of worlds in which both are known"
     assert rows["a change"]["value"] == 1 and rows["a low"]["value"] == rows["a high"]["value"] == 1

@@ -21,7 +21,7 @@ from hrcjax.tune import sound_loss
 from hrcjax.tune.declared import LOSSES, find_loss, parse_losses
 from hrcjax.tune.loss import EFFORT
 from hrcjax.tune.sound_loss import smooth_terms, soft_least
-from hrcjax.world import scene_named
+from hrcjax.world import Person, motion_named, scene_named
 
 TIMES = 400
 SCENE = scene_named("robotica", 0)
@@ -36,7 +36,7 @@ def empty(kind, **fields):
 
 
 SCENE = jax.tree.map(lambda x: x.astype(jnp.float64) if jnp.issubdtype(x.dtype, jnp.floating) else x, SCENE)
-WORLD = empty(World, scene=SCENE)
+WORLD = empty(World, scene=SCENE, person=motion_named("nobody", SCENE))
 CELL = replace(make_cell(), ticks=TIMES)
 HOME = np.asarray(CELL.arm.home)
 
@@ -108,6 +108,7 @@ def test_what_is_asked_cannot_be_tuned_away() -> None:
 def gap_given(monkeypatch) -> None:
     """The clearance of a run is the one that it was given, not that of its joints."""
     monkeypatch.setattr(sound_loss, "obstacle_gap", lambda cell, world, record: record.field_clearance)
+    monkeypatch.setattr(sound_loss, "person_gap", lambda cell, world, record: record.separation)
 
 
 def test_the_gap_is_that_of_the_spheres_to_the_obstacles() -> None:
@@ -125,6 +126,23 @@ def test_the_gap_is_that_of_the_spheres_to_the_obstacles() -> None:
         np.testing.assert_allclose(
             found[k * len(found) // 4], (np.min(solids, axis=0) - CELL.arm.control_radii).min(), atol=1e-6
         )
+
+
+def test_a_person_who_is_touched_is_a_failure() -> None:
+    """A ball of 5 cm at the last control point of a standing arm, 1 cm from it, 1 cm inside, and absent."""
+    q, radius = jnp.broadcast_to(jnp.asarray(HOME), (TIMES, 6)), float(CELL.arm.control_radii[-1])
+    tip = np.asarray(control_points(CELL.arm, jnp.asarray(HOME)))[-1]
+    goal = jnp.broadcast_to(SCENE.goal, (TIMES, 3))
+    losses = []
+    for gap, present in ((0.01, True), (-0.01, True), (-0.01, False)):
+        middle = jnp.asarray(tip - np.array([0.0, 0.0, radius + 0.05 + gap]))[None, None]
+        ball = Person(middle, middle, jnp.asarray([0.05]), jnp.asarray(30.0), jnp.asarray([present]))
+        world = empty(World, scene=SCENE, person=ball)
+        found = sound_loss.person_gap(CELL, world, replace(record(), q=q))
+        np.testing.assert_allclose(found, gap if present else 10.0, atol=2e-3)
+        made = empty(Episode, record=replace(record(), q=q, tool=goal), path=run().path, final=None)
+        losses.append(float(LOSSES["sound"].of(Params(), CELL, world, made)))
+    assert losses[1] > losses[0] + 0.3 and losses[0] > losses[2] - 1e-6
 
 
 @pytest.mark.usefixtures("gap_given")
