@@ -41,6 +41,11 @@ def command(config: AvoidanceConfig) -> str:
     for option in ("obstacles", "seeds", "gradients"):
         if not config.quick and getattr(config, option) != getattr(AvoidanceConfig, option):
             words.append(f"--{option} {getattr(config, option)}")
+    for option in ("scenes", "people"):
+        if not config.quick and getattr(config, option) != getattr(AvoidanceConfig, option):
+            words.append(f"--{option} {' '.join(getattr(config, option))}")
+    if config.recordings is not None:
+        words.append(f"--recordings {config.recordings}")
     return " ".join([*words, "--json avoidance.json --page docs/avoidance.md"])
 
 
