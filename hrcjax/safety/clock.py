@@ -123,8 +123,8 @@ def _towards_end(
 ) -> Float[Array, ""]:
     """The largest acceleration in [lower, upper] after which the path's end is not overrun [m/s^2].
 
-    Bisection, then one Newton step; its derivative is that of the implicit function at the root. Where even `lower` overruns, the constant
-    deceleration that stops in time, at most `brake`.
+    Bisection, then one Newton step; its derivative is that of the implicit function at the root. Where even
+    `lower` overruns, the constant deceleration that stops in time, at most `brake`.
     """
 
     def excess(a: Float[Array, ""]) -> Float[Array, ""]:

@@ -4,7 +4,8 @@ With a row a_k = -g_k^T J_k for every control point and surface near it, a_k . q
 
     min |qd' - qd|^2 / 2   such that   a_k . qd' <= limit_k for all k
 
-is a quadratic program of six unknowns; a retreat that is asked for and may be given up adds one. Its dual, min y^T (A A^T) y / 2 - y^T (A qd - limit) over y >= 0, is solved by an
+is a quadratic program of six unknowns; a retreat that is asked for and may be given up adds one. Its dual,
+min y^T (A A^T) y / 2 - y^T (A qd - limit) over y >= 0, is solved by an
 active-set method (Lawson and Hanson, Solving Least Squares Problems, ch. 23) with few rows at a time: scalars written out,
 which `vmap` turns into vectors. Where it is at rest, no row is active and the command passes unchanged.
 """
@@ -34,8 +35,8 @@ def least_change(
 
         min |qd' - qd|^2 + EFFORT^2 s^2.
 
-    With s = 1 they count as 0; so a row that hardly moves its point must not ask for much. A last scaling holds every limit of 0 or more, whatever the iterations have reached: there is
-    always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where
+    With s = 1 they count as 0; so a row that hardly moves its point must not ask for much. A last scaling holds every limit
+    of 0 or more, whatever the iterations have reached: there is always a way, standing still, and a retreat from all surfaces passes. A row of zeros limits nothing. Differentiable, but where
     a row begins to count.
 
     Args:

@@ -57,13 +57,17 @@ def person_gap(cell: Cell, world: World, record: Record) -> Float[Array, "sample
     return jax.vmap(at)(record.q[:: cell.metric_stride], jnp.asarray(cell.times[:: cell.metric_stride], record.q.dtype))
 
 
-def smooth_terms(params: Params, cell: Cell, world: World, run: Episode) -> SoundTerms:
-    """The terms of the score, each out of 100, less where something is touched."""
+def smooth_terms(params: Params, cell: Cell, world: World, run: Episode, clearance: Float[Array, ""]) -> SoundTerms:
+    """The terms of the score, each out of 100, less where something is touched.
+
+    Args:
+        clearance: least distance to the obstacles [m].
+    """
     sound, record, scene = SoundScoreParams(), run.record, world.scene
     share = away(world, run)
     total = jnp.sum(share)
     time = jnp.maximum(total, 1.0) * cell.dt
-    u = jnp.minimum(soft_least(obstacle_gap(cell, world, record), NEAR) / sound.full_clearance, 1.0)
+    u = jnp.minimum(clearance / sound.full_clearance, 1.0)
     apart, needed = protective(params, cell, run)
     missing = jnp.clip(1 - safe_divide(apart, needed), 0.0, 1.0)
     direct = jnp.minimum(safe_divide(safe_norm(scene.goal - record.tool[0]), run.path.length, 1.0), 1.0)
@@ -79,14 +83,13 @@ def smooth_terms(params: Params, cell: Cell, world: World, run: Episode) -> Soun
 
 def sound(params: Params, cell: Cell, world: World, run: Episode) -> Float[Array, ""]:
     """1 - score / 100 of a smooth surrogate of the sound score."""
-    rules, terms = SoundScoreParams(), smooth_terms(params, cell, world, run)
+    clearance, apart = (soft_least(gap(cell, world, run.record), NEAR) for gap in (obstacle_gap, person_gap))
+    rules, terms = SoundScoreParams(), smooth_terms(params, cell, world, run, clearance)
     names = ("clearance", "separation", "time", "jerk", "energy")
     weights = {name: getattr(rules, name) for name in names}
     quality = sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100
     left = jnp.sum(((run.record.tool[-1] - world.scene.goal) / REACHED) ** 2)
-    success = 1 / (1 + left)
-    for gap in (obstacle_gap, person_gap):
-        success = success * jax.nn.sigmoid(soft_least(gap(cell, world, run.record), NEAR) / NEAR)
+    success = jax.nn.sigmoid(clearance / NEAR) * jax.nn.sigmoid(apart / NEAR) / (1 + left)
     score = success * (rules.least + (100 - rules.least) * quality) + (1 - success) * rules.failed * quality
     return 1 - score / 100
 

@@ -15,7 +15,7 @@ from experiments.avoidance import gradients, rows
 from experiments.avoidance.bench import Played, on_host, single, without_leaves, without_stop
 from experiments.avoidance.config import AvoidanceConfig, parse
 from experiments.avoidance.hands import closed
-from experiments.avoidance.page import page
+from experiments.avoidance.page import command, page
 from experiments.avoidance.retreat import best_retreat, control_points, from_person, from_solids
 from experiments.avoidance.unknown import ARM_APART, BESIDE, ENDS_APART, near_ticks, unknown_scene
 from hrcjax.cells import make_cell
@@ -363,3 +363,9 @@ def test_double_precision_of_a_world() -> None:
     with jax.enable_x64(True):
         wide = gradients.as_double({"a": jnp.ones(2, jnp.float32), "b": jnp.arange(3), "c": 2.0, "d": np.array([True])})
     assert wide["a"].dtype == wide["c"].dtype == jnp.float64 and wide["b"].dtype.kind == "i" and wide["d"].dtype == bool
+
+
+def test_the_page_names_the_command_that_made_it() -> None:
+    config = AvoidanceConfig(scenes=("hri",), people=("reach_in",), recordings=Path("people"), seeds=1)
+    words = command(config).split()
+    assert parse(words[3 : words.index("--json")]) == config

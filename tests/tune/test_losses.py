@@ -145,16 +145,17 @@ def test_a_person_who_is_touched_is_a_failure() -> None:
     assert losses[1] > losses[0] + 0.3 and losses[0] > losses[2] - 1e-6
 
 
-@pytest.mark.usefixtures("gap_given")
 def test_smooth_terms_of_a_minimum_jerk_reach() -> None:
-    terms = smooth_terms(Params(), CELL, WORLD, run())
+    terms = smooth_terms(Params(), CELL, WORLD, run(), jnp.asarray(0.3))
     assert float(terms.clearance) == pytest.approx(100) and float(terms.separation) == pytest.approx(100)
     assert 85 < float(terms.jerk) <= 100, "as smooth as can be, sampled"
-    assert float(smooth_terms(Params(), CELL, WORLD, run(clearance=0.025)).clearance) == pytest.approx(75)
-    assert float(smooth_terms(Params(), CELL, WORLD, run(clearance=-0.01)).clearance) < 0
+    assert float(smooth_terms(Params(), CELL, WORLD, run(), jnp.asarray(0.025)).clearance) == pytest.approx(75)
+    assert float(smooth_terms(Params(), CELL, WORLD, run(), jnp.asarray(-0.01)).clearance) < 0
     sound = SoundScoreParams()
     assert float(terms.energy) == pytest.approx(100 * sound.half_energy / (sound.half_energy + value("energy")))
-    slow, fast = (float(smooth_terms(Params(), CELL, WORLD, run(duration=T)).time) for T in (3.0, 2.4))
+    slow, fast = (
+        float(smooth_terms(Params(), CELL, WORLD, run(duration=T), jnp.asarray(0.3)).time) for T in (3.0, 2.4)
+    )
     assert fast / slow == pytest.approx(1.25, rel=0.02)
 
 
