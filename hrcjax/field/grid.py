@@ -13,6 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.custom_derivatives import SymbolicZero
 
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Float, Vector3
@@ -95,11 +96,11 @@ def fit_grid(layout: GridLayout, values: Float[Array, "x y z"]) -> GridField:
     return GridField(jnp.einsum("ai,bj,ck,ijk->abc", a, b, c, values, precision=highest), layout)
 
 
-def _basis(t: Float[Array, ""]) -> tuple[list[Array], list[Array]]:
-    """The four B-splines that are not 0 at the share t of a cell, and their derivatives by t [1]."""
+def _basis(t: Float[Array, ""]) -> tuple[list[Array], list[Array], list[Array]]:
+    """The four B-splines that are not 0 at the share t of a cell, and their first and second derivatives by t [1]."""
     s = 1.0 - t
     value = [s**3 / 6, 2 / 3 - t**2 + t**3 / 2, 2 / 3 - s**2 + s**3 / 2, t**3 / 6]
-    return value, [-(s**2) / 2, t * (1.5 * t - 2), -s * (1.5 * s - 2), t**2 / 2]
+    return value, [-(s**2) / 2, t * (1.5 * t - 2), -s * (1.5 * s - 2), t**2 / 2], [s, 3 * t - 2, 3 * s - 2, t]
 
 
 def _mixed(c: Array, weight: list[Array]) -> Array:
@@ -156,18 +157,71 @@ def grid_distance(field: GridField, x: Vector3) -> Float[Array, ""]:
 
 
 def grid_distance_and_gradient(field: GridField, x: Vector3) -> tuple[Float[Array, ""], Vector3]:
-    """`grid_distance` and its gradient at x in one pass [m], [1].
+    """`grid_distance` and its gradient at x in one pass [m], [1]. Their derivatives by x are gradient and Hessian in closed form.
 
     Raises:
         ValueError: x is of integers.
     """
     require_floating("grid_distance_and_gradient", x=x)
+    return _read(field, x)
+
+
+@jax.custom_jvp
+def _read(field: GridField, x: Vector3) -> tuple[Float[Array, ""], Vector3]:
     near, t, way = _cell_at(field, x)
-    (wx, dx), (wy, dy), (wz, dz) = (_basis(share) for share in t)
-    plane = _mixed(near, wx)
-    line = _mixed(plane, wy)
-    slopes = _mixed(_mixed(_mixed(near, dx), wy), wz), _mixed(_mixed(plane, dy), wz), _mixed(line, dz)
+    d, slopes = _inside(near, t)
     length, inverse = _length(way)
     out = length * inverse**2  # the inverse again, but 0 inside
     g = [jnp.where(v == 0, slope / field.layout.spacing, 0.0) + v * out for v, slope in zip(way, slopes, strict=True)]
-    return _mixed(line, wz) + length, jnp.stack(g)
+    return d + length, jnp.stack(g)
+
+
+def _inside(near: Float[Array, "4 4 4"], t: list[Array]) -> tuple[Array, list[Array]]:
+    """The spline and its derivatives by the shares of the cell [m]."""
+    (wx, dx, _), (wy, dy, _), (wz, dz, _) = (_basis(share) for share in t)
+    plane = _mixed(near, wx)
+    line = _mixed(plane, wy)
+    slopes = [_mixed(_mixed(_mixed(near, dx), wy), wz), _mixed(_mixed(plane, dy), wz), _mixed(line, dz)]
+    return _mixed(line, wz), slopes
+
+
+def _curved(near: Float[Array, "4 4 4"], t: list[Array]) -> list[list[Array]]:
+    """The second derivatives of the spline by the shares of the cell [m]."""
+    (wx, dx, ex), (wy, dy, ey), (wz, dz, ez) = (_basis(share) for share in t)
+    plane, tilted = _mixed(near, wx), _mixed(near, dx)
+    xx, yy = _mixed(_mixed(_mixed(near, ex), wy), wz), _mixed(_mixed(plane, ey), wz)
+    line = _mixed(tilted, wy)
+    xy, xz, yz = _mixed(_mixed(tilted, dy), wz), _mixed(line, dz), _mixed(_mixed(plane, dy), dz)
+    zz = _mixed(_mixed(plane, wy), ez)
+    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+
+def _read_jvp(primals, tangents):
+    field, x = primals
+    field_dot, x_dot = tangents
+    d, g = _read(field, x)
+    near, t, way = _cell_at(field, x)
+    spacing = field.layout.spacing
+    d_dot, g_dot = jnp.zeros_like(d), jnp.zeros_like(g)
+    if not isinstance(x_dot, SymbolicZero):
+        length, inverse = _length(way)
+        out = length * inverse**2
+        within = [v == 0 for v in way]
+        second = _curved(near, t)
+        rows = []
+        for i in range(3):
+            row = jnp.where(within[i], 0.0, out * x_dot[i])
+            for j in range(3):
+                spline = jnp.where(within[i] & within[j], second[i][j] / spacing**2, 0.0)
+                row = row + (spline - way[i] * way[j] * out**3) * x_dot[j]
+            rows.append(row)
+        d_dot, g_dot = jnp.sum(g * x_dot), jnp.stack(rows)
+    if not isinstance(field_dot.coefficients, SymbolicZero):  # linear in them
+        change, _, _ = _cell_at(GridField(field_dot.coefficients, field.layout), x)
+        more, slopes = _inside(change, t)
+        d_dot = d_dot + more
+        g_dot = g_dot + jnp.stack([jnp.where(v == 0, s / spacing, 0.0) for v, s in zip(way, slopes, strict=True)])
+    return (d, g), (d_dot, g_dot)
+
+
+_read.defjvp(_read_jvp, symbolic_zeros=True)

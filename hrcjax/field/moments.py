@@ -31,8 +31,20 @@ def _kernels(
     return nearest, jnp.exp(jnp.maximum(precision * (nearest - r2), LEAST_EXPONENT))
 
 
-def _outer(a: Float[Array, "point m"], b: Float[Array, "point n"]) -> Float[Array, "point m*n"]:
-    return (a[:, :, None] * b[:, None, :]).reshape(a.shape[0], -1)
+def _sums(
+    k: Float[Array, "point"], weights: Float[Array, "point w"], columns: Float[Array, "point column"]
+) -> Float[Array, "w column"]:
+    """Weighted sums of columns. The weights go to the kernels, so that columns which queries and settings share are one factor of
+    a product of matrices, whatever the weights are."""
+    return jnp.stack([(k * weights[:, i]) @ columns for i in range(weights.shape[1])])
+
+
+def _with_one(points: Points) -> Float[Array, "point 4"]:
+    return jnp.concatenate([jnp.ones_like(points[:, :1]), points], axis=1)
+
+
+def _squares(points: Points) -> Float[Array, "point 9"]:
+    return (points[:, :, None] * points[:, None, :]).reshape(-1, 9)
 
 
 def kernel_moments_plain(
@@ -40,9 +52,8 @@ def kernel_moments_plain(
 ) -> tuple[Float[Array, ""], Float[Array, "w"], Float[Array, "w 3"]]:
     """The definition of `kernel_moments`, without its derivative."""
     nearest, k = _kernels(x, points, mask, precision)
-    w = weights.shape[1]
-    sums = k @ jnp.concatenate([weights, _outer(weights, points)], axis=1)
-    return nearest, sums[:w], sums[w:].reshape(w, 3)
+    sums = _sums(k, weights, _with_one(points))
+    return nearest, sums[:, 0], sums[:, 1:]
 
 
 @jax.custom_jvp
@@ -69,45 +80,29 @@ def kernel_moments(
 def _kernel_moments_jvp(primals, tangents):
     x, points, mask, weights, precision = primals
     x_dot, points_dot, _, weights_dot, precision_dot = tangents
-    w = weights.shape[1]
     nearest, k = _kernels(x, points, mask, precision)
+    sums = _sums(k, weights, _with_one(points))
+    s0, s1 = sums[:, 0], sums[:, 1:]
 
-    def total(columns: Array) -> Array:
-        return k @ columns
-
-    wp = _outer(weights, points)
-    columns = [weights, wp, _outer(wp, points)]
-    scaled = not isinstance(precision_dot, SymbolicZero)
-    if scaled:
-        square = jnp.sum(points * points, axis=1)[:, None]
-        columns += [weights * square, wp * square]
-    sums = total(jnp.concatenate(columns, axis=1))
-    # moments of order 0, 1 and 2
-    s0, s1, s2 = sums[:w], sums[w : 4 * w].reshape(w, 3), sums[4 * w : 13 * w].reshape(w, 3, 3)
-
+    # what the sums need is apart from this, so that a value alone does not compute it
     d0, d1 = jnp.zeros_like(s0), jnp.zeros_like(s1)
     if not isinstance(x_dot, SymbolicZero):  # dk = -2 precision k (x - x_i) . dx
+        s2 = _sums(k, weights, _squares(points)).reshape(-1, 3, 3)
         along = jnp.sum(x * x_dot)
         d0 = d0 - 2.0 * precision * (s0 * along - jnp.sum(s1 * x_dot, axis=-1))
         d1 = d1 - 2.0 * precision * (s1 * along - jnp.sum(s2 * x_dot, axis=-1))
-    if scaled:  # dk = k (nearest - r^2) dprecision
-        q0, q1 = sums[13 * w : 14 * w], sums[14 * w :].reshape(w, 3)  # of order 0 and 1, weighted by |x_i|^2
-        shift = nearest - jnp.sum(x * x)
-        d0 = d0 + precision_dot * (shift * s0 + 2.0 * jnp.sum(s1 * x, axis=-1) - q0)
-        d1 = d1 + precision_dot * (shift * s1 + 2.0 * jnp.sum(s2 * x, axis=-1) - q1)
+    if not isinstance(precision_dot, SymbolicZero):  # dk = k (nearest - r^2) dprecision, r^2 by its definition
+        away = jnp.sum((jnp.where(mask[:, None], points, 0.0) - x) ** 2, axis=1)
+        change = _sums(k * (nearest - away), weights, _with_one(points))
+        d0, d1 = d0 + precision_dot * change[:, 0], d1 + precision_dot * change[:, 1:]
     if not isinstance(weights_dot, SymbolicZero):
-        change = total(jnp.concatenate([weights_dot, _outer(weights_dot, points)], axis=1))
-        d0, d1 = d0 + change[:w], d1 + change[w:].reshape(w, 3)
+        change = _sums(k, weights_dot, _with_one(points))
+        d0, d1 = d0 + change[:, 0], d1 + change[:, 1:]
     if not isinstance(points_dot, SymbolicZero):  # dk = 2 precision k (x - x_i) . dx_i
-        wpd = _outer(weights, points_dot)
-        along_points = weights * jnp.sum(points * points_dot, axis=1)[:, None]
-        change = total(
-            jnp.concatenate([wpd, along_points, _outer(wp, points_dot), _outer(along_points, points)], axis=1)
-        )
-        c1, c0 = change[: 3 * w].reshape(w, 3), change[3 * w : 4 * w]
-        c2, cq = change[4 * w : 13 * w].reshape(w, 3, 3), change[13 * w :].reshape(w, 3)
-        d0 = d0 + 2.0 * precision * (jnp.sum(c1 * x, axis=-1) - c0)
-        d1 = d1 + c1 + 2.0 * precision * (jnp.sum(c2 * x, axis=-1) - cq)
+        towards = 2.0 * precision * (jnp.sum(points_dot * x, axis=1) - jnp.sum(points_dot * points, axis=1))
+        change = _sums(k * towards, weights, _with_one(points))
+        d0 = d0 + change[:, 0]
+        d1 = d1 + change[:, 1:] + _sums(k, weights, points_dot)
     return (nearest, s0, s1), (jnp.zeros_like(nearest), d0, d1)
 
 

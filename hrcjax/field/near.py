@@ -10,12 +10,13 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.ad_checkpoint import checkpoint_name
 
 from hrcjax.field.gp import FAR, GPField
 from hrcjax.field.moments import ELSEWHERE
 from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.hilbert import hilbert_index
-from hrcjax.numerics import safe_norm, unit
+from hrcjax.numerics import CHOICE, safe_norm, unit
 from hrcjax.typing import Array, Bool, Float, Int, Vector3
 
 MEMBERS = 16
@@ -138,7 +139,7 @@ def nearest_other_ways(field: GPField, groups: Groups, x: Vector3, away: Vector3
     found: list[Nearest] = []
     for _ in range(count):
         nearest = jnp.where(other_way(groups, x_, away), nearest, nobody)
-        first = jnp.min(nearest)
+        first = checkpoint_name(jnp.min(nearest), CHOICE)
         some = first < nobody
         offset = x - field.points[(first & _places(field)).astype(jnp.int32)]
         found.append(Nearest(some, jnp.where(some, safe_norm(offset), FAR), jnp.where(some, offset, 0.0)))

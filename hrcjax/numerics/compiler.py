@@ -12,4 +12,8 @@ def unrolled_options() -> dict[str, str | bool]:
     """
     if jax.default_backend() != "cpu":
         return {}
-    return {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": "1"}
+    return {
+        "xla_cpu_use_fusion_emitters": False,
+        "xla_backend_optimization_level": "1",
+        "xla_disable_hlo_passes": "cse_barrier_expander",
+    }

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.typing import ArrayLike
 
+from hrcjax.numerics import computed
 from hrcjax.plan.arm_potential import arm_repulsions, attraction_left
 from hrcjax.plan.arm_task import ArmTask, Gaps, allowed_gaps, body_gaps
 from hrcjax.plan.body import BodyMotion, PlanBody
@@ -190,7 +191,7 @@ def _between_spheres(
 
 
 def _padded(x: Float[Array, "some sample"], before: int, after: int) -> Float[Array, "point sample"]:
-    return jnp.pad(x, ((before, after), (0, 0)))
+    return jnp.pad(computed(x), ((before, after), (0, 0)))
 
 
 def _dot(J: Float[Array, "point 3 sample"], f: list[Array]) -> Float[Array, "sample"]:

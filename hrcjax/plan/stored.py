@@ -2,6 +2,7 @@
 
 import jax
 
+from hrcjax.numerics import computed
 from hrcjax.typing import Array, Float
 
 
@@ -16,4 +17,4 @@ def stored(x: Float[Array, "..."]) -> Float[Array, "..."]:
 
 @stored.defjvp
 def _stored_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
-    return stored(primals[0]), tangents[0]
+    return stored(primals[0]), computed(tangents[0])

@@ -12,8 +12,9 @@ which `vmap` turns into vectors. Where it is at rest, no row is active and the c
 
 import jax
 import jax.numpy as jnp
+from jax.ad_checkpoint import checkpoint_name
 
-from hrcjax.numerics import ldl_factor, ldl_solve, safe_norm, solve_spd
+from hrcjax.numerics import CHOICE, ldl_factor, ldl_solve, safe_norm, solve_spd
 from hrcjax.typing import Array, Bool, Float, Int
 
 APPROACH_TOLERANCE = 0.002
@@ -70,10 +71,11 @@ def least_change(
 
 def _along(A: Float[Array, "row joint"], x: Float[Array, "joint"]) -> Float[Array, "row"]:
     """A x, joint by joint."""
-    total = A[:, 0] * x[0]
+    columns = jax.lax.split(A, (1,) * A.shape[1], axis=1)
+    total = columns[0] * x[0]
     for j in range(1, A.shape[1]):
-        total = total + A[:, j] * x[j]
-    return total
+        total = total + columns[j] * x[j]
+    return total[:, 0]
 
 
 def _projected(
@@ -85,7 +87,7 @@ def _projected(
     N = jnp.where(some[:, None], A / jnp.where(some, size, 1.0)[:, None], 0.0)
     c = jnp.where(some, limit / jnp.where(some, size, 1.0), UNLIMITED)
     still, around, limits = jax.lax.stop_gradient((qd, N, c))
-    rows, used = _active(still, around, limits, iterations)
+    rows, used = (checkpoint_name(found, CHOICE) for found in _active(still, around, limits, iterations))
     n = jnp.where(used[:, None], N[rows], 0.0)
     softness = _softness(qd.dtype)
     G = jnp.sum(n[:, None, :] * n[None, :, :], axis=-1) + jnp.diag(jnp.where(used, softness, 1.0).astype(qd.dtype))

@@ -74,6 +74,9 @@ class Cell:
     reacts ("path"), or policies alone, without a path ("reactive"). See `hrcjax.sim.guide`."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""
+    linear_servo: bool = False
+    """Derivatives of the joint servo: those that hold while no torque is clipped, which are cheap (the status of a tick tells
+    whether one was), or always the exact ones."""
     moving_points: int = MOVING_CAPACITY
     """Capacity of the cloud of moving points, per person. The points nearest to the robot's base are kept; the others are
     farther from it, which bounds their distance."""

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.numerics import CHOICE
 from hrcjax.plan import PathResult
 from hrcjax.sim.cell import Cell, World, newest_frame
 from hrcjax.sim.params import Params
@@ -88,4 +89,5 @@ def follow(
         moving, *rest = seen
         return tick(params, cell, route, Sensed(Fields(fields.static, moving), *rest), state)
 
-    return jax.lax.scan(jax.checkpoint(one), initial_state(cell, q_start), seen)
+    kept = jax.checkpoint_policies.save_only_these_names(CHOICE)
+    return jax.lax.scan(jax.checkpoint(one, policy=kept, prevent_cse=False), initial_state(cell, q_start), seen)

@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from hrcjax.numerics import safe_norm
+from hrcjax.numerics import computed, safe_norm
 from hrcjax.robot import Arm
 from hrcjax.safety import approach_rows, between_factor, governed, half_gaps, has_direction, speed_scale, surface_limit
 from hrcjax.sim.cell import Cell
@@ -57,8 +57,8 @@ class Rows(eqx.Module):
 
     def speeds(self, qd: Joints) -> Float[Array, "row"]:
         """Approach speed of every row; negative for a retreat [m/s]."""
-        whole = jnp.repeat(safe_norm(jnp.sum(self.J * qd, axis=-1)), self.g.shape[1])
-        return jnp.where(self.lost, whole, jnp.sum(self.A * qd, axis=-1))
+        whole = jnp.repeat(safe_norm(computed(jnp.sum(self.J * qd, axis=-1))), self.g.shape[1])
+        return jnp.where(self.lost, whole, computed(jnp.sum(self.A * qd, axis=-1)))
 
     def limits(self, limit: Float[Array, "row"]) -> Float[Array, "point surface"]:
         """The limits that control points get, so that the links between them keep the given ones; none for what is far and has no
@@ -102,4 +102,4 @@ def govern(
 
 def slowed(J: Float[Array, "point 3 joint"], qd: Joints, top: Float[Array, ""]) -> Joints:
     """The joint speeds, scaled down so that no point is faster than `top` [rad/s]."""
-    return speed_scale(safe_norm(jnp.sum(J * qd, axis=-1)), top) * qd
+    return speed_scale(safe_norm(computed(jnp.sum(J * qd, axis=-1))), top) * qd

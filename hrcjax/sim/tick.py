@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from hrcjax.bits import pack
 from hrcjax.geom.point_motion import PointMotion
+from hrcjax.numerics import computed
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
 from hrcjax.safety import APPROACH_TOLERANCE, ClockState, guard, initial_clock, speed_scale
@@ -117,11 +118,11 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     """
     q, qd = state.arm.q, state.arm.qd
     dt = cell.dt
-    body, tool = control_motion(cell, q, qd)
-    room, towards_people = read_room(params, cell, sensed.fields, body)
-    approach = towards_people.speeds(qd)
+    body, tool = computed(control_motion(cell, q, qd))
+    room, towards_people = computed(read_room(params, cell, sensed.fields, body))
+    approach = computed(towards_people.speeds(qd))
     separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
-    memory, decision = cell.safety.decide(params.safety, state.safety, separation)
+    memory, decision = computed(cell.safety.decide(params.safety, state.safety, separation))
     if decision.point_limit.shape != approach.shape:
         raise ValueError(
             f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}"
@@ -134,7 +135,9 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
 
     limits = joint_limits(cell, q.dtype)
     arm = ArmMotion(q, qd, tool, body)
-    guidance: Guidance = guide(params, cell, route, state.clock, arm, room, towards_people, decision, hold, limits)
+    guidance: Guidance = computed(
+        guide(params, cell, route, state.clock, arm, room, towards_people, decision, hold, limits)
+    )
     if guidance.asked.shape != q.shape:
         raise ValueError(
             f"the policy returns shape {guidance.asked.shape}; accepted: {q.shape}, an acceleration of each joint"
@@ -142,7 +145,8 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     brake = full_brake(qd, limits, dt)
     safe, bad = guard(guidance.asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
-    ahead = govern(params, cell, qd + limited * dt, towards_people, decision.point_limit, room, any_limit)
+    asked = computed(qd + limited * dt)
+    ahead = computed(govern(params, cell, asked, towards_people, decision.point_limit, room, any_limit))
     limited, _ = limit_acceleration((ahead - qd) / dt, q, qd, limits, dt)
     # a joint at the end of its range may not do what the others counted on
     room_left = jnp.maximum(decision.point_limit, 0.0) * towards_people.share + APPROACH_TOLERANCE
@@ -217,7 +221,6 @@ def control_motion(cell: Cell, q: Joints, qd: Joints) -> tuple[PointMotion, Poin
     arm = cell.arm
     links = (*arm.control_links, *(arm.tool_link,) * 3)
     motion = point_motion(arm.chain, q, qd, links, cell.control_offsets)
-    count = len(arm.control_links)
-    body = jax.tree.map(lambda a: a[:count], motion)
-    tool = jax.tree.map(lambda a: a[count:], motion)
-    return body, tool
+    parts, shape = jax.tree.flatten(motion)
+    split = [jax.lax.split(a, (len(arm.control_links), 3)) for a in parts]  # in reverse mode cheaper than slices
+    return jax.tree.unflatten(shape, [a for a, _ in split]), jax.tree.unflatten(shape, [b for _, b in split])
