@@ -129,7 +129,7 @@ def test_finds_the_optimum_and_tells_it(tmp_path: Path, capsys) -> None:
     drawn = {path.name for path in (tmp_path / "run/figures").iterdir()}
     assert drawn == {"losses.png", "parameters.png", "gradients.png", "before_after.png"}
 
-    after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=tmp_path / "run")
+    after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=str(tmp_path / "run"))
     assert program.run(after, build) == 0
     assert read_tuned(tmp_path / "next", "--from") == pytest.approx(values, rel=1e-6)
 
@@ -182,7 +182,7 @@ def test_another_run_in_the_folder_is_refused_or_replaced(tmp_path: Path) -> Non
         ({"people": ("nobdy",)}, "nobdy"),
         ({"loss": ("soud",)}, "no loss 'soud'"),
         ({"params": ("K_at",)}, "unknown parameter"),
-        ({"start_from": Path("nowhere")}, "--from nowhere"),
+        ({"start_from": "nowhere"}, "--from nowhere"),
     ],
 )
 def test_messages(change, message, tmp_path: Path) -> None:
@@ -198,7 +198,7 @@ def test_a_missing_package_names_the_extra(monkeypatch) -> None:
 
 def test_options() -> None:
     config = parse(["--params", "zeta", "--from", "runs/other", "--quick"])
-    assert config.params == ("zeta",) and config.start_from == Path("runs/other")
+    assert config.params == ("zeta",) and config.start_from == "runs/other"
     assert (config.steps, config.batch, config.starts, len(config.people)) == (3, 1, 1, 1)
     with pytest.raises(UsageError, match="close: --params"):
         parse(["--param", "zeta"])

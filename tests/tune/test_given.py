@@ -25,7 +25,9 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_a_file_a_folder_and_a_name_are_the_same(shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_a_folder_and_a_name_are_the_same(
+    shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run = tmp_path / "quick"
     run.mkdir()
     write_tuned(run / TUNED, {"potential.zeta": 3.0}, "")
