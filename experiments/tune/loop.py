@@ -90,11 +90,11 @@ class Tuner:
         """What the loss feels at the first start, in the worlds of the first step."""
         worlds, dtype = self.some_worlds(self.start), self.start.vector.dtype
 
-        def at(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def at(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             found = self.gradients(jnp.asarray(points, dtype), worlds)
-            return np.asarray(found.loss), np.asarray(found.gradient)
+            return np.asarray(found.loss), np.asarray(found.gradient), np.asarray(found.each)
 
-        return feel(at, np.asarray(self.start.vector[0], float), self.config.starts)
+        return feel(at, np.asarray(self.start.vector[0], float), self.problem.weights, self.config.starts)
 
     def step(self, state: TuneState) -> tuple[TuneState, History]:
         """One step, and its row of the history."""

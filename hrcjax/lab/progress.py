@@ -63,12 +63,12 @@ class Progress:
         Args:
             stream: None: that of the bar.
         """
-        stream = self.stream if stream is None else stream
+        place = self.stream if stream is None else stream
         if self.bar is not None:
-            self.bar.write(text, file=stream)
+            self.bar.write(text, file=place)
         else:
-            print(text, file=stream)
-        stream.flush()
+            print(text, file=place)
+        place.flush()
 
     def left(self) -> float:
         """Time left [s]; infinite before the first chunk and if the total is not known."""

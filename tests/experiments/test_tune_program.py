@@ -2,7 +2,12 @@
 
 import importlib
 import json
+import random
+import shutil
+import signal
+import subprocess
 import sys
+import time
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +25,7 @@ from experiments.tune.config import TuneConfig, parse
 from experiments.tune.judge import comparison, interval
 from experiments.tune.loop import Tuner
 from experiments.tune.optimiser import Checkpoints
+from experiments.tune.overlap import digests, not_new
 from experiments.tune.problem import Problem, named_cell, world_names
 from experiments.tune.report import felt_text
 from hrcjax.lab.errors import UsageError
@@ -132,6 +138,108 @@ def test_finds_the_optimum_and_tells_it(tmp_path: Path, capsys) -> None:
     after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=str(tmp_path / "run"))
     assert program.run(after, build) == 0
     assert read_tuned(tmp_path / "next", "--from") == pytest.approx(values, rel=1e-6)
+
+
+SLOW_RUN = """
+import sys, time
+from dataclasses import replace
+from pathlib import Path
+sys.path[:0] = {paths!r}
+from test_tune_program import CONFIG, Tuner, build, program
+step = Tuner.step
+def slow(self, state):
+    time.sleep(0.3)
+    return step(self, state)
+Tuner.step = slow
+program.run(replace(CONFIG, out=Path({out!r})), build)
+"""
+"""A run in another process, slowed down so that there are moments between its steps."""
+
+
+def test_killed_at_any_moment_it_resumes_to_the_same_numbers(whole: Path, tmp_path: Path, capsys) -> None:
+    """SIGKILL at a random moment after the first checkpoint; until then nobody else may write to the folder."""
+    here = Path(__file__)
+    code = SLOW_RUN.format(paths=[str(here.parents[2]), str(here.parent)], out=str(tmp_path / "run"))
+    wait = random.SystemRandom().uniform(0.0, 1.2)
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
+        end = time.monotonic() + 120
+        while (
+            not list((tmp_path / "run/cases").glob("steps/[0-9]*")) and child.poll() is None and time.monotonic() < end
+        ):
+            time.sleep(0.02)
+        with pytest.raises(UsageError, match=r"^another process writes to .*; wait for it or give another --out$"):
+            program.run(replace(CONFIG, out=tmp_path / "run"), build)
+        time.sleep(wait)
+        child.kill()
+    assert child.returncode == -signal.SIGKILL, "it was still running"
+    program.run(replace(CONFIG, out=tmp_path / "run"), build)
+    assert "goes on after step" in capsys.readouterr().err
+    one, other = history(whole, CONFIG), history(tmp_path / "run", CONFIG)
+    for name, array in one[1].items():
+        np.testing.assert_array_equal(array, other[1][name], err_msg=f"{name}, killed {wait:.3f} s after a checkpoint")
+    np.testing.assert_array_equal(one[0].vector, other[0].vector)
+    assert (whole / "tuned.toml").read_text().split("[parameters]")[1] == (tmp_path / "run/tuned.toml").read_text().split("[parameters]")[1]  # fmt: skip
+
+
+def test_fewer_steps_than_there_are_is_said(whole: Path, tmp_path: Path, capsys) -> None:
+    shutil.copytree(whole, tmp_path / "run")
+    program.run(replace(CONFIG, steps=2, out=tmp_path / "run"), build)
+    said = capsys.readouterr()
+    assert "goes on after step 6: more than --steps 2, and all of them count; no step is left" in said.err
+    assert "|gradient|" not in said.out, "no table of no steps"
+
+
+def test_the_table_has_one_header_and_aligned_rows(tmp_path: Path, capsys) -> None:
+    program.run(replace(CONFIG, out=tmp_path / "run"), build)
+    lines = capsys.readouterr().out.splitlines()
+    head = next(k for k, text in enumerate(lines) if "|gradient|" in text)
+    assert lines[head].split() == ["step", "start", "loss", "sound", "|gradient|", "k_att", "zeta"]
+    rows = lines[head + 1 : head + 4]
+    assert [row.split()[0] for row in rows] == ["2", "4", "6"] and {len(row) for row in rows} == {len(lines[head])}
+    kept = history(tmp_path / "run", CONFIG)[1]
+    k = int(rows[0].split()[1])
+    assert k == int(np.argmin(kept["loss"][1]))
+    shown = [float(x) for x in rows[0].split()[2:]]
+    expected = [kept["loss"][1, k], *kept["terms"][1, k], np.linalg.norm(kept["gradient"][1, k]), *kept["values"][1, k]]
+    assert shown == pytest.approx(expected, rel=1e-3)
+
+
+def test_worlds_that_are_not_new_are_named(tmp_path: Path, capsys) -> None:
+    """Held out, seed 7 is another world than those of the training, and 8 one of them by another name."""
+
+    def repeated(config, named) -> Problem:
+        made = build(config, named)
+        names = list(made.held_out)
+        return replace(made, held_out={names[0]: made.held_out[names[0]], names[1]: next(iter(made.training.values()))})
+
+    one = replace(CONFIG, steps=1, starts=1, out=tmp_path / "run")
+    program.run(one, repeated)
+    said = capsys.readouterr().err
+    assert "held out, not wholly new: ('robotica', 'reach_in', 8) (world as in training: only noise differs)" in said
+    after = replace(one, seeds=(7,), held_out_seeds=(1, 5), start_from=str(tmp_path / "run"), out=tmp_path / "next")
+    program.run(after, build)
+    said = capsys.readouterr().err
+    assert "('robotica', 'reach_in', 1) (trained in by --from)" in said and "reach_in', 5" not in said
+    third = replace(after, seeds=(8,), held_out_seeds=(0,), start_from=str(tmp_path / "next"), out=tmp_path / "third")
+    program.run(third, build)
+    assert "('robotica', 'reach_in', 0) (trained in by --from)" in capsys.readouterr().err, "two tunings ago"
+
+
+def test_parts_of_worlds_are_compared_by_their_arrays() -> None:
+    scene, other, person = np.arange(3.0), np.arange(3.0) + 1, {"a": np.zeros((2, 3)), "b": np.ones(2)}
+    worlds = {
+        "a": (scene, person),
+        "b": (scene.copy(), {"a": np.ones((2, 3)), "b": np.ones(2)}),
+        "c": (other, person),
+        "d": (other, {}),
+    }
+    seen = {name: digests(dict(zip(("scene", "people"), parts, strict=True))) for name, parts in worlds.items()}
+    held = {name: seen[name] for name in "bcd"} | {"e": seen["a"]}
+    assert not_new(held, {"a": seen["a"]}, {}) == (
+        "b (scene as in training); c (people as in training); e (scene and people as in training: only noise differs)"
+    )
+    assert not_new(held, {"x": seen["c"]}, {"d": seen["d"]}).startswith("c (scene and people as in training")
+    assert not_new({"d": seen["d"]}, {}, {}) == ""
 
 
 def test_not_finite_is_counted_and_said(tmp_path: Path, capsys) -> None:
