@@ -409,7 +409,7 @@ def test_parameters_of_a_file_hold_where_nothing_is_swept(tmp_path: Path, capsys
     assert main([*grid[:2], "speed=0.75", "zeta=3", "--no-figures", "--out", "axes"]) == 0
     assert main([*grid, "--out", "defaults"]) == 0
     with open_run(folder) as found, open_run("axes") as axes, open_run("defaults") as defaults:
-        np.testing.assert_allclose(found.score, axes.score.values.squeeze(), rtol=1e-6)
+        np.testing.assert_allclose(found.score.values.squeeze(), axes.score.values.squeeze(), rtol=1e-6)
         assert found.score.dims == defaults.score.dims and not np.allclose(found.score, defaults.score, rtol=1e-5)
     assert main([*grid, "--out", str(folder)]) == 2
     assert "holds another run (params.field.speed is 0.75 there, 0.5 here)" in capsys.readouterr().err
