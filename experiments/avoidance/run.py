@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hrcjax.cells.named_cell import find_cell
+from hrcjax.cells.named_cell import NamedCell, find_cell
 from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore
+from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import Progress, duration
@@ -132,10 +132,15 @@ def run(config: AvoidanceConfig) -> int:
     folder = config.out or Path("runs") / f"avoidance-{mark[:8]}"
     asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     about = {"program": "avoidance", "config": asked, "params": leaf_names(named.params), **provenance()}
-    store = RunStore(folder, mark, about, config.overwrite)
-    print(f"-> {folder}", file=sys.stderr, flush=True)
-    if given.place:
-        print(given.line(), file=sys.stderr, flush=True)
+    with locked_store(folder, mark, about, config.overwrite) as store:
+        print(f"-> {folder}", file=sys.stderr, flush=True)
+        if given.place:
+            print(given.line(), file=sys.stderr, flush=True)
+        return _measured(config, named, store, begin)
+
+
+def _measured(config: AvoidanceConfig, named: NamedCell, store: RunStore, begin: float) -> int:
+    folder = store.folder
     cases = collect(store, wanted(config, Bench(named.cell, named.params), Differentiator(named)))
     sections = all_rows(cases, config.sections, named.cell.dt)
     write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())

@@ -15,7 +15,7 @@ from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore
+from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import Progress, duration
@@ -248,10 +248,15 @@ def run(config: SensingConfig) -> int:
     folder = config.out or Path("runs") / f"sensing-{mark[:8]}"
     asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     about = {"program": "sensing", "config": asked, "params": leaf_names(given.params), **provenance()}
-    store = RunStore(folder, mark, about, config.overwrite)
-    if given.place:
-        print(given.line(), file=sys.stderr, flush=True)
-    print(f"{len(config.scenes) * config.seeds} worlds -> {folder}", file=sys.stderr, flush=True)
+    with locked_store(folder, mark, about, config.overwrite) as store:
+        if given.place:
+            print(given.line(), file=sys.stderr, flush=True)
+        print(f"{len(config.scenes) * config.seeds} worlds -> {folder}", file=sys.stderr, flush=True)
+        return _measured(config, tried, store, begin)
+
+
+def _measured(config: SensingConfig, tried: Bench, store: RunStore, begin: float) -> int:
+    folder, cell = store.folder, tried.cell
     with Progress(expected(config), unit="case") as progress:
         runner = Runner(store, tried, progress)
         collect(config, runner)

@@ -412,7 +412,7 @@ def test_parameters_of_a_file_hold_where_nothing_is_swept(tmp_path: Path, capsys
         np.testing.assert_allclose(found.score.values.squeeze(), axes.score.values.squeeze(), rtol=1e-6)
         assert found.score.dims == defaults.score.dims and not np.allclose(found.score, defaults.score, rtol=1e-5)
     assert main([*grid, "--out", str(folder)]) == 2
-    assert "holds another run (params.field.speed is 0.75 there, 0.5 here)" in capsys.readouterr().err
+    assert "holds another run (params.potential.k_att is 0.07 there, 0.03 here)" in capsys.readouterr().err
     write_tuned(tmp_path / "mine.toml", {"field.sped": 0.75}, "")
     assert main([*grid, "--params", "mine.toml"]) == 2
     assert capsys.readouterr().err.startswith("error: --params mine.toml: the cell has no parameter 'field.sped'")
