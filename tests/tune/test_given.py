@@ -41,15 +41,16 @@ def test_a_file_a_folder_and_a_name_are_the_same(
 
 
 def test_the_line_names_what_differs_and_what_is_swept(tmp_path: Path) -> None:
-    same = leaf_names(Params())["potential.zeta"]
-    write_tuned(tmp_path / TUNED, {**VALUES, "potential.zeta": float(np.float32(same)), "potential.k_rep": 2.0}, "")
-    given = given_params(Params(), tmp_path, "--params")
     old = leaf_names(Params())
+    same = {"plan.omega2": float(np.float32(old["plan.omega2"]))}
+    assert same["plan.omega2"] != old["plan.omega2"], "but by rounding alone"
+    write_tuned(tmp_path / TUNED, {**VALUES, **same, "potential.k_rep": 2.0}, "")
+    given = given_params(Params(), tmp_path, "--params")
     assert given.line({"potential.k_rep"}) == (
         f"parameters of {tmp_path}: 3 differ from the defaults: potential.k_att {old['potential.k_att']:g} -> 0.125, "
         f"policy.target.kp {old['policy.target.kp']:g} -> 7.5, potential.k_rep {old['potential.k_rep']:g} -> 2 (swept)"
     )
-    write_tuned(tmp_path / TUNED, {"potential.zeta": same}, "")
+    write_tuned(tmp_path / TUNED, same, "")
     assert given_params(Params(), tmp_path, "--params").line().endswith("none differs from the defaults")
     assert given_params(Params(), "", "--params").place == ""
 
