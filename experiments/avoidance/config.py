@@ -40,6 +40,8 @@ class AvoidanceConfig:
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
     """The cell: ur5, ur5e, or MODULE:FUNCTION that returns one of your own."""
+    params: str = ""
+    """Parameters in place of the cell's defaults: a file of tuned parameters, the folder of a tuning, or the name of a shipped file (configs/tuned)."""
     sections: tuple[str, ...] = SECTIONS
     """Sections: unknown_obstacle, hand_in_the_way, stop_retreat, knob_gradient."""
     obstacles: int = 60

@@ -4,23 +4,25 @@ import json
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hrcjax.cells.named_cell import find_cell
+from hrcjax.cells.named_cell import NamedCell, find_cell
 from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore
+from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
 from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import Progress, duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
 from hrcjax.lab.rows import read_results
 from hrcjax.lab.run_folder import folder_name
 from hrcjax.lab.writable import check_writable
+from hrcjax.tune.given import given_params
 from hrcjax.world import scene_named
 
 from .bench import Bench
@@ -31,8 +33,8 @@ from .page import page
 from .rows import Rows, all_rows, holds, table
 from .unknown import obstacle_case
 
-NO_RESULT = ("out", "json", "page", "figures", "overwrite", "config", "quick", "sections", "obstacles", "gradients", "seeds", "scenes", "people", "recordings")  # fmt: skip
-"""Options that do not change any single case."""
+NO_RESULT = ("params", "out", "json", "page", "figures", "overwrite", "config", "quick", "sections", "obstacles", "gradients", "seeds", "scenes", "people", "recordings")  # fmt: skip
+"""Options that do not change any single case, or whose effect is in the identity elsewhere."""
 AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py")
 """Files that only read finished cases."""
 
@@ -72,11 +74,12 @@ def _check(config: AvoidanceConfig) -> None:
             check_writable(file.parent, f"--{option}")
 
 
-def identity(config: AvoidanceConfig) -> dict[str, Any]:
+def identity(config: AvoidanceConfig, params: Any) -> dict[str, Any]:
     """Everything that decides the cases."""
     own = Path(__file__).parent
     return {
         "options": {key: value for key, value in asdict(config).items() if key not in NO_RESULT},
+        "params": leaf_names(params),
         "code": LOADED_CODE,
         "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
     }
@@ -123,11 +126,21 @@ def run(config: AvoidanceConfig) -> int:
     begin = time.monotonic()
     _check(config)
     named = find_cell(config.cell, CELLS)
-    mark = fingerprint(identity(config))
+    given = given_params(named.params, config.params, "--params", named.known_domains())
+    named = replace(named, params=given.params)
+    mark = fingerprint(identity(config, named.params))
     folder = config.out or Path("runs") / f"avoidance-{mark[:8]}"
     asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
-    store = RunStore(folder, mark, {"program": "avoidance", "config": asked, **provenance()}, config.overwrite)
-    print(f"-> {folder}", file=sys.stderr, flush=True)
+    about = {"program": "avoidance", "config": asked, "params": leaf_names(named.params), **provenance()}
+    with locked_store(folder, mark, about, config.overwrite) as store:
+        print(f"-> {folder}", file=sys.stderr, flush=True)
+        if given.place:
+            print(given.line(), file=sys.stderr, flush=True)
+        return _measured(config, named, store, begin)
+
+
+def _measured(config: AvoidanceConfig, named: NamedCell, store: RunStore, begin: float) -> int:
+    folder = store.folder
     cases = collect(store, wanted(config, Bench(named.cell, named.params), Differentiator(named)))
     sections = all_rows(cases, config.sections, named.cell.dt)
     write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())

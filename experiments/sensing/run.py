@@ -15,14 +15,16 @@ from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore
+from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
 from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import Progress, duration
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
 from hrcjax.lab.rows import read_results
 from hrcjax.lab.run_folder import folder_name
 from hrcjax.lab.writable import check_writable
 from hrcjax.safety import safe_distance, zone_thresholds
+from hrcjax.tune.given import given_params
 from hrcjax.world import scene_named
 
 from .appear import appear_case, moments
@@ -41,7 +43,7 @@ WORKERS = 2
 """Cases that are computed side by side."""
 SLOTS = 40
 """Faults of one camera that a compiled program has places for."""
-LEAST_SEED, NO_RESULT = 1, ("out", "json", "page", "figures", "overwrite", "config", "quick")
+LEAST_SEED, NO_RESULT = 1, ("params", "out", "json", "page", "figures", "overwrite", "config", "quick")
 
 Make = Callable[[], Mapping[str, Any]]
 
@@ -75,7 +77,7 @@ def _check(config: SensingConfig) -> None:
             check_writable(file.parent, f"--{option}")
 
 
-def identity(config: SensingConfig) -> dict[str, Any]:
+def identity(config: SensingConfig, params: Any) -> dict[str, Any]:
     """Everything that decides the results."""
     own = Path(__file__).parent
     files = [spec.files for name in config.people for one in people_of(name) if (spec := motion_spec(one))]
@@ -83,6 +85,7 @@ def identity(config: SensingConfig) -> dict[str, Any]:
     return {
         "options": options,
         "recordings": [file_digest(path) for paths in files for path in paths],
+        "params": leaf_names(params),
         "code": LOADED_CODE,
         "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
     }
@@ -239,13 +242,21 @@ def run(config: SensingConfig) -> int:
     named = find_cell(config.cell, CELLS)
     people = max(len(people_of(name)) for name in config.people)
     cell = replace(named.cell, people=max(named.cell.people, people))
-    tried = bench(cell, named.params, config.sensing)
-    who = identity(config)
-    mark = fingerprint(who)
+    given = given_params(named.params, config.params, "--params", named.known_domains())
+    tried = bench(cell, given.params, config.sensing)
+    mark = fingerprint(identity(config, given.params))
     folder = config.out or Path("runs") / f"sensing-{mark[:8]}"
     asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
-    store = RunStore(folder, mark, {"program": "sensing", "config": asked, **provenance()}, config.overwrite)
-    print(f"{len(config.scenes) * config.seeds} worlds -> {folder}", file=sys.stderr, flush=True)
+    about = {"program": "sensing", "config": asked, "params": leaf_names(given.params), **provenance()}
+    with locked_store(folder, mark, about, config.overwrite) as store:
+        if given.place:
+            print(given.line(), file=sys.stderr, flush=True)
+        print(f"{len(config.scenes) * config.seeds} worlds -> {folder}", file=sys.stderr, flush=True)
+        return _measured(config, tried, store, begin)
+
+
+def _measured(config: SensingConfig, tried: Bench, store: RunStore, begin: float) -> int:
+    folder, cell = store.folder, tried.cell
     with Progress(expected(config), unit="case") as progress:
         runner = Runner(store, tried, progress)
         collect(config, runner)

@@ -56,6 +56,8 @@ class SweepConfig:
     """People: names of motions (reach_in, pass_by, stand_and_work, reach_and_stay, nobody) or BVH files; two at once: reach_in+pass_by. A file's unit, up axis and joints are found from the body, or given after its name: walk.bvh,unit=cm,up=z,names=joints.toml."""
     seed: tuple[int, ...] = (0,)
     """Seeds of the camera's noise, of the person's variation and of cluttered scenes."""
+    params: str = ""
+    """Parameters in place of the cell's defaults, below those that are swept: a file of tuned parameters, the folder of a tuning, or the name of a shipped file (configs/tuned)."""
     grid: tuple[str, ...] = ("K_att=log:0.03:0.2:16", "K_rep=log:1e-6:1e-3:16", "zeta=lin:1.5:5:8")
     """Swept parameters, in place of the default ones: NAME=lin:LOW:HIGH:COUNT, NAME=log:LOW:HIGH:COUNT or NAME=V1,V2,..."""
     sobol: int = 0

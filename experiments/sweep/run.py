@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from hrcjax.sweeps.shard import parse_shard
 from hrcjax.sweeps.store import RESULTS, open_run, open_store
 from hrcjax.sweeps.summary import best_table
 from hrcjax.sweeps.sweepable import Sweepable
+from hrcjax.tune.given import given_params
 
 from .analyse import analyse
 from .config import SweepConfig
@@ -145,6 +146,8 @@ def run(config: SweepConfig) -> int:
     if not config.list:
         check_writable(config.out or Path("runs"), "--out")
     problem = _build(config)
+    given = given_params(problem.params, config.params, "--params", problem.domains)
+    problem = replace(problem, params=given.params)
     if config.list:
         print(_list_parameters(problem))
         return 0
@@ -162,6 +165,8 @@ def run(config: SweepConfig) -> int:
         quick=config.quick,
         taken=taken_names(problem),
     )
+    if given.place:
+        print(given.line(settings.values), file=sys.stderr, flush=True)
     world_shape(problem)
     chunk = chunk_size(settings.count, config.memory, problem.bytes_per_setting)
     for text in problem.notes:

@@ -73,11 +73,11 @@ class TuneConfig:
     seed: int = 0
     """Seed of the other starts, of the minibatches and of the intervals."""
     every: int = 5
-    """Steps between two checkpoints and two lines."""
+    """Steps between two checkpoints and two rows."""
     quick: bool = False
     """At most 3 steps, one world to train and one held out, one start, and an episode of 3 s: does it run?"""
-    start_from: Annotated[Path | None, tyro.conf.arg(name="from")] = None
-    """Folder of another run, or its tuned.toml: its parameters in place of the defaults."""
+    start_from: Annotated[str, tyro.conf.arg(name="from")] = ""
+    """Folder of another run, its tuned.toml, or the name of a shipped file (configs/tuned): its parameters in place of the defaults."""
     out: Path | None = None
     """Folder of the run; runs/tune-FINGERPRINT if not given, so that the same command resumes."""
     json: Path | None = None

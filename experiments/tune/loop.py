@@ -15,6 +15,7 @@ from hrcjax.tune import TuneState, Values, initial_tuning, minibatch, tune_step,
 from hrcjax.tune.felt import Felt, feel
 
 from .config import TuneConfig
+from .live import LiveTable
 from .optimiser import Checkpoints, History, make_optimiser
 from .problem import Problem
 
@@ -89,11 +90,11 @@ class Tuner:
         """What the loss feels at the first start, in the worlds of the first step."""
         worlds, dtype = self.some_worlds(self.start), self.start.vector.dtype
 
-        def at(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def at(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             found = self.gradients(jnp.asarray(points, dtype), worlds)
-            return np.asarray(found.loss), np.asarray(found.gradient)
+            return np.asarray(found.loss), np.asarray(found.gradient), np.asarray(found.each)
 
-        return feel(at, np.asarray(self.start.vector[0], float), self.config.starts)
+        return feel(at, np.asarray(self.start.vector[0], float), self.problem.weights, self.config.starts)
 
     def step(self, state: TuneState) -> tuple[TuneState, History]:
         """One step, and its row of the history."""
@@ -107,12 +108,17 @@ class Tuner:
 
 def tune(tuner: Tuner, kept: Checkpoints) -> tuple[TuneState, History]:
     """All steps that are not done; the state after the last, and the history of all."""
-    steps, every, chosen = tuner.config.steps, tuner.config.every, tuner.problem.chosen
+    steps, every = tuner.config.steps, tuner.config.every
     found = kept.newest(tuner.start)
     state, history = found if found else (tuner.start, {})
     if found:
-        print(f"goes on after step {int(state.step)}", file=sys.stderr, flush=True)
+        done = int(state.step)
+        less = f": more than --steps {steps}, and all of them count; no step is left" if done > steps else ""
+        print(f"goes on after step {done}{less}", file=sys.stderr, flush=True)
+    table = LiveTable(tuner.problem.chosen.names, [one.name for one in tuner.problem.losses], tuner.config.starts)
     with Progress(max(steps, int(state.step)), done=int(state.step), unit="step") as progress:
+        if int(state.step) < steps:
+            progress.say(table.header, sys.stdout)
         while int(state.step) < steps:
             state, row = tuner.step(state)
             history = {name: np.concatenate([history[name], more]) if history else more for name, more in row.items()}
@@ -121,15 +127,5 @@ def tune(tuner: Tuner, kept: Checkpoints) -> tuple[TuneState, History]:
             )
             if int(state.step) % every == 0 or int(state.step) == steps:
                 kept.save(state, history)
-                progress.say(line(state, history, chosen.names))
+                progress.say(table.row(int(state.step), history, int(np.asarray(state.skipped).sum())), sys.stdout)
     return state, history
-
-
-def line(state: TuneState, history: History, names: tuple[str, ...]) -> str:
-    """One line of the newest step: its least loss, and the parameters there."""
-    losses = np.where(np.isfinite(history["loss"][-1]), history["loss"][-1], np.inf)
-    k = int(np.argmin(losses))
-    values = "  ".join(f"{name} {x:.4g}" for name, x in zip(names, history["values"][-1, k], strict=True))
-    slope = np.linalg.norm(history["gradient"][-1, k])
-    stood = int(np.asarray(state.skipped).sum())
-    return f"step {int(state.step)}  loss {losses[k]:.5g}  |gradient| {slope:.3g}  {values}" + (f"  not finite {stood}" if stood else "")  # fmt: skip

@@ -17,11 +17,11 @@ from hrcjax.cells.ur5 import CELLS
 from hrcjax.cells.worlds import build_world
 from hrcjax.io.motions.spec import people_of
 from hrcjax.lab.errors import UsageError, one_line
-from hrcjax.lab.parameters import set_leaves
 from hrcjax.metrics.episode import METRICS
 from hrcjax.sim import Params, World, episode, outcome
 from hrcjax.tune import Chosen, Loss, choose, episode_terms, parse_losses
-from hrcjax.tune.tuned import read_tuned
+from hrcjax.tune.checked import check_losses
+from hrcjax.tune.given import given_params
 from hrcjax.typing import Array
 from hrcjax.world import scene_named
 
@@ -57,6 +57,8 @@ class Problem:
     """Worlds by name."""
     held_out: Mapping[str, Any]
     """Worlds that the tuning does not see."""
+    parts: Callable[[Any], Mapping[str, Any]] = lambda world: {"world": world}
+    """World -> what makes it new, all but noise."""
 
     def params_of(self, vector: Array) -> Any:
         """Parameters of a vector of coordinates."""
@@ -108,12 +110,10 @@ def named_cell(config: TuneConfig) -> NamedCell:
         named = replace(named, cell=replace(named.cell, ticks=ticks))
         text = f"quick: an episode of {ticks * named.cell.dt:g} s, in which a slow arm does not arrive"
         print(text, file=sys.stderr, flush=True)
-    if config.start_from is not None:
-        try:
-            named = replace(named, params=set_leaves(named.params, read_tuned(config.start_from, "--from")))
-        except UsageError as error:
-            raise UsageError(f"--from {config.start_from}: {error}" if "--from" not in str(error) else error) from error
-    return named
+    given = given_params(named.params, config.start_from, "--from", named.known_domains())
+    if given.place:
+        print(given.line(), file=sys.stderr, flush=True)
+    return replace(named, params=given.params)
 
 
 def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World] = build_world) -> Problem:
@@ -123,15 +123,20 @@ def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World
     losses, weights = parse_losses(config.loss)
     train, held = world_names(config)
 
+    def play(params: Params, world: World) -> Any:
+        return episode(params, cell, world, cell.field.fit(params.field, world.frames))
+
     def measure(params: Params, world: World) -> Mapping[str, Array]:
-        run = episode(params, cell, world, cell.field.fit(params.field, world.frames))
+        run = play(params, world)
         metrics = outcome(params, cell, world, run).metrics
         each = {f"loss {one.name}": jnp.asarray(one.of(params, cell, world, run)) for one in losses}
         total = sum(w * value for w, value in zip(weights, each.values(), strict=True))
         return {name: getattr(metrics, name) for name in JUDGED} | each | {"loss": jnp.asarray(total)}
 
     units = {name: METRICS[name][:2] for name in JUDGED} | {f"loss {one.name}": (one.unit, "low") for one in losses}
-    made = {name: build(cell, *name) for name in train + held}
+    made = {train[0]: build(cell, *train[0])}
+    check_losses(losses, named.params, cell, made[train[0]], play)
+    made |= {name: build(cell, *name) for name in train[1:] + held}
     _same_shapes(list(made.values()))
     return Problem(
         base=named.params,
@@ -143,6 +148,7 @@ def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World
         units=units | {"loss": ("1", "low")},
         training={word(name): made[name] for name in train},
         held_out={word(name): made[name] for name in held},
+        parts=lambda world: {"scene": world.scene, "people": world.person},
     )
 
 

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcjax.lab.table import aligned
-from hrcjax.tune.felt import ALIKE, LEAST_FELT, Felt
+from hrcjax.tune.felt import ALIKE, LEAST_FELT, LEAST_ROWS, STEP, Felt
 
 from .problem import Problem
 
 
 def felt_text(felt: Felt, problem: Problem) -> str:
     """Which parameters the loss feels, and which pairs it cannot tell apart."""
-    chosen, cosines = problem.chosen, np.abs(felt.cosines())
+    chosen, cosines = problem.chosen, np.nan_to_num(np.abs(felt.cosines()))
     np.fill_diagonal(cosines, 0)
     rows = [["parameter", "start", "low", "high", "slope/loss", "curvature/loss", "most alike"]]
     for k, name in enumerate(chosen.names):
@@ -31,11 +31,17 @@ def felt_text(felt: Felt, problem: Problem) -> str:
     deaf = [name for name, felt_it in zip(chosen.names, felt.felt, strict=True) if not felt_it and name not in broken]
     if deaf:
         lines.append(f"warning: the loss does not feel {', '.join(deaf)} (less than {LEAST_FELT:g} of it): they will stay where they are")  # fmt: skip
+    jumps = [name for name, jump in zip(chosen.names, felt.jumps, strict=True) if jump]
+    if jumps:
+        lines.append(f"note: the loss jumps within {STEP:g} of the coordinate of {', '.join(jumps)}, or its slope there is wrong: not compared with others")  # fmt: skip
     lines += [
-        f"warning: the loss cannot tell {chosen.names[i]} from {chosen.names[k]} here (cosine {cosine:.4f}, |cosine| > {ALIKE:g}): "
+        f"warning: no term in any world tells {chosen.names[i]} from {chosen.names[k]} here (cosine {cosine:.4f}, |cosine| > {ALIKE:g}): "
         "one undoes the other, so that their values alone mean little"
         for i, k, cosine in felt.alike()
     ]
+    if unknown := felt.unknown():
+        pairs = "; ".join(f"{chosen.names[i]}, {chosen.names[k]}" for i, k in unknown)
+        lines.append(f"note: too few worlds and terms to tell whether the loss knows these apart ({LEAST_ROWS} that feel them are needed): {pairs}")  # fmt: skip
     return "\n".join(lines)
 
 

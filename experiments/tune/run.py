@@ -16,7 +16,7 @@ import numpy as np
 from hrcjax.cells.digest import cell_digest
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import CASES, FIGURES, RunStore
+from hrcjax.lab.case_store import CASES, FIGURES, RunStore, locked_store
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
@@ -26,18 +26,19 @@ from hrcjax.lab.rows import read_results
 from hrcjax.lab.table import aligned
 from hrcjax.lab.writable import check_writable
 from hrcjax.tune import LOSSES, choose, parse_losses
-from hrcjax.tune.tuned import TUNED, read_tuned, write_tuned
+from hrcjax.tune.tuned import TUNED, read_training, read_tuned, write_tuned
 
 from .config import TuneConfig
 from .judge import Judge, comparison
 from .loop import Tuner, tune
 from .optimiser import Checkpoints, optimiser_versions
+from .overlap import digests, not_new
 from .problem import Problem, closed_loop, named_cell, world_names
 from .report import above, felt_text, table, values_table
 
 NO_RESULT = ("config", "steps", "every", "start_from", "out", "json", "figures", "overwrite", "list")
 """Options that do not change the steps, or whose effect is in the identity elsewhere."""
-AFTERWARDS = ("report.py", "figures.py", "config.py", "run.py", "__main__.py")
+AFTERWARDS = ("report.py", "figures.py", "live.py", "overlap.py", "config.py", "run.py", "__main__.py")
 """Files that do not decide the steps."""
 
 
@@ -109,13 +110,13 @@ def run(config: TuneConfig, build: Callable[..., Problem] = closed_loop) -> int:
     folder = config.out or Path("runs") / f"tune-{mark[:8]}"
     asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     origin = provenance()
-    store = RunStore(folder, mark, {"program": "tune", "config": asked, **origin}, config.overwrite)
-    print(f"{len(train)} worlds to train in, {len(held)} held out -> {folder}", file=sys.stderr, flush=True)
-    if config.overwrite:
-        for name in (TUNED, "rows.json"):
-            (folder / name).unlink(missing_ok=True)
-    problem = build(config, named)
-    return _tuned(config, problem, store, origin, begin)
+    about = {"program": "tune", "config": asked, "params": leaf_names(named.params), **origin}
+    with locked_store(folder, mark, about, config.overwrite) as store:
+        print(f"{len(train)} worlds to train in, {len(held)} held out -> {folder}", file=sys.stderr, flush=True)
+        if config.overwrite:
+            for name in (TUNED, "rows.json"):
+                (folder / name).unlink(missing_ok=True)
+        return _tuned(config, build(config, named), store, origin, begin)
 
 
 def _command() -> str:
@@ -125,6 +126,12 @@ def _command() -> str:
 
 def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[str, Any], begin: float) -> int:
     folder, tuner = store.folder, Tuner(problem, config)
+    before = read_training(config.start_from, "--from") if config.start_from else {}
+    training, held = (
+        {name: digests(problem.parts(w)) for name, w in some.items()} for some in (problem.training, problem.held_out)
+    )
+    if text := not_new(held, training, before):
+        print(f"held out, not wholly new: {text}", file=sys.stderr, flush=True)
     kept = Checkpoints(folder / CASES / "steps")
     if config.steps and kept.newest(tuner.start) is None:
         print(felt_text(tuner.feel(), problem), flush=True)
@@ -145,10 +152,10 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
         metrics["held out"] = judge.measured(pair, problem.held_out, "held-out episode")
     sections = {section: comparison(each, problem.units, config.seed) for section, each in metrics.items()}
 
-    before, after = (np.asarray(problem.chosen.values(jax.numpy.asarray(v)), float) for v in pair)
+    start, after = (np.asarray(problem.chosen.values(jax.numpy.asarray(v)), float) for v in pair)
     values = read_tuned(config.start_from, "--from") if config.start_from else {}
     values |= dict(zip(problem.chosen.names, map(float, after), strict=True))
-    write_tuned(folder / TUNED, values, above(_command(), origin["commit"], problem, sections))
+    write_tuned(folder / TUNED, values, above(_command(), origin["commit"], problem, sections), before | training)
     rows = {
         f"tune_{section.replace(' ', '_')}": {
             name: entry for name, entry in entries.items() if np.isfinite(entry["value"])
@@ -171,7 +178,7 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
         from .figures import draw  # here: drawing is slow to import, and not always wanted
 
         draw(folder / FIGURES, history, metrics, problem, max(int(where[place]) - 1, 0) % config.starts)
-    print("\n" + values_table(problem, before, after) + "\n\n" + table(sections, problem) + "\n")
+    print("\n" + values_table(problem, start, after) + "\n\n" + table(sections, problem) + "\n")
     if place == 0 and config.steps:
         print("No start became better than the parameters at the start over all training worlds: these are kept.")
     if tuner.calls:

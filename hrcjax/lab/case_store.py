@@ -1,21 +1,41 @@
 """The folder of a measuring run: the arrays of every case, as they come."""
 
+import contextlib
 import json
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.lab.atomic import remove_temporaries, replace_file, write_bytes
+from hrcjax.lab.atomic import remove_temporaries, replace_file, storage_errors, write_bytes
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.lock import locked
 from hrcjax.lab.run_folder import own_files
 from hrcjax.lab.writable import check_writable
 
-ABOUT, CASES, FIGURES = "run.json", "cases", "figures"
+ABOUT, CASES, FIGURES, LOCK = "run.json", "cases", "figures", ".lock"
+KNOWN = (CASES, FIGURES, LOCK, "rows.json")
+"""What a run may write beside `ABOUT`."""
 Case = dict[str, NDArray]
+
+
+@contextlib.contextmanager
+def locked_store(folder: Path, mark: str, about: Mapping[str, Any], overwrite: bool) -> Iterator["RunStore"]:
+    """A `RunStore` in a folder that no other process may write to meanwhile.
+
+    Raises:
+        UsageError: as `RunStore`, or another process writes to the folder.
+        StorageError: it cannot be made or locked.
+    """
+    check_writable(folder, "--out")
+    own_files(folder, (ABOUT,), KNOWN, "run", "--out")
+    with storage_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder / LOCK, f"another process writes to {folder}; wait for it or give another --out"):
+        yield RunStore(folder, mark, about, overwrite)
 
 
 class RunStore:
@@ -33,7 +53,7 @@ class RunStore:
         """
         check_writable(folder, "--out")
         self.folder = folder
-        if own_files(folder, (ABOUT,), (CASES, FIGURES, "rows.json"), "run", "--out"):
+        if own_files(folder, (ABOUT,), KNOWN, "run", "--out"):
             known = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
             if known.get("fingerprint") != mark:
                 if not overwrite:

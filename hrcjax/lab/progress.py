@@ -57,12 +57,18 @@ class Progress:
         elif self.told < self.done:
             self._tell()
 
-    def say(self, text: str) -> None:
-        """Prints one line above the bar."""
+    def say(self, text: str, stream: TextIO | None = None) -> None:
+        """Prints one line above the bar.
+
+        Args:
+            stream: None: that of the bar.
+        """
+        place = self.stream if stream is None else stream
         if self.bar is not None:
-            self.bar.write(text, file=self.stream)
+            self.bar.write(text, file=place)
         else:
-            print(text, file=self.stream, flush=True)
+            print(text, file=place)
+        place.flush()
 
     def left(self) -> float:
         """Time left [s]; infinite before the first chunk and if the total is not known."""

@@ -6,9 +6,9 @@ from typing import Any
 
 from hrcjax.lab.atomic import remove_temporaries
 from hrcjax.lab.errors import StorageError, UsageError
+from hrcjax.lab.lock import TakenError, locked
 from hrcjax.sweeps.dataset import write_results
 from hrcjax.sweeps.engine import Tally, chunk_key, chunk_slices, count_statuses, world_key
-from hrcjax.sweeps.lock import TakenError, locked
 from hrcjax.sweeps.settings import Settings
 from hrcjax.sweeps.store import CHUNKS, LOCKS, RunStore
 from hrcjax.sweeps.sweepable import Sweepable

@@ -19,9 +19,9 @@ import xarray as xr
 
 from hrcjax.lab.atomic import remove_temporaries, storage_errors, write_bytes
 from hrcjax.lab.errors import StorageError, UsageError, one_line
+from hrcjax.lab.lock import locked
 from hrcjax.lab.run_folder import own_files
 from hrcjax.lab.writable import check_writable
-from hrcjax.sweeps.lock import locked
 from hrcjax.sweeps.shard import Shard
 
 CONFIG, RESULTS, CHUNKS, LOCK, LOCKS = "config.json", "results.nc", "chunks", ".lock", ".locks"

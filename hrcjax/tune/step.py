@@ -32,14 +32,19 @@ class Optimiser(Protocol):
 
 
 class Values(eqx.Module):
-    """Loss and gradient of every start, means over worlds."""
+    """Loss and gradient of every start, means over worlds, and the terms in each world."""
 
     loss: Float[Array, "start"]
     """Weighted sum of the terms."""
-    terms: Float[Array, "start term"]
-    """In their units."""
+    each: Float[Array, "start world term"]
+    """Terms in every world, in their units."""
     gradient: Float[Array, "start parameter"]
     """Of the loss by the coordinates."""
+
+    @property
+    def terms(self) -> Float[Array, "start term"]:
+        """Means over worlds."""
+        return jnp.mean(self.each, axis=1)
 
     @property
     def finite(self) -> Bool[Array, "start"]:
@@ -104,10 +109,10 @@ def values_and_gradients(
         worlds: stacked along their first axis.
     """
 
-    def loss(vector: Float[Array, "parameter"]) -> tuple[Float[Array, ""], Float[Array, "term"]]:
+    def loss(vector: Float[Array, "parameter"]) -> tuple[Float[Array, ""], Float[Array, "world term"]]:
         params = params_of(vector)
-        each = jnp.mean(jax.vmap(lambda world: terms(params, world))(worlds), axis=0)
-        return jnp.dot(jnp.asarray(weights, each.dtype), each), each
+        each = jax.vmap(lambda world: terms(params, world))(worlds)
+        return jnp.dot(jnp.asarray(weights, each.dtype), jnp.mean(each, axis=0)), each
 
     (value, each), gradient = jax.vmap(jax.value_and_grad(loss, has_aux=True))(vectors)
     return Values(value, each, gradient)

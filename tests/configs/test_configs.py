@@ -38,5 +38,8 @@ def test_every_config_can_be_asked_for_and_overridden(name: str) -> None:
 @pytest.mark.parametrize("file", sorted(configs_folder().glob("*/*.toml")), ids=lambda file: file.stem)
 def test_every_config_says_command_minutes_and_figures(file: Path) -> None:
     text = file.read_text()
+    if file.parent.name == "tuned":  # written by a program
+        assert "Command: python -m experiments.tune" in text and "[parameters]" in text
+        return
     for word in (f"Command: python -m experiments.{file.parent.name}", "Minutes on 2 cores:", "Figures:"):
         assert word in text

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -22,6 +23,7 @@ from hrcjax.cells import make_cell
 from hrcjax.lab.errors import UsageError
 from hrcjax.reference.truth import obstacle_distances, solid_distance
 from hrcjax.sim import Cell, Params
+from hrcjax.tune.tuned import write_tuned
 from hrcjax.world import Person
 from hrcjax.world.scene import COLUMN
 from hrcjax.world.scenes import Obstacle, make_scene
@@ -369,3 +371,35 @@ def test_the_page_names_the_command_that_made_it() -> None:
     config = AvoidanceConfig(scenes=("hri",), people=("reach_in",), recordings=Path("people"), seeds=1)
     words = command(config).split()
     assert parse(words[3 : words.index("--json")]) == config
+
+
+def test_parameters_of_a_file_are_those_of_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from experiments.avoidance import run as program
+
+    used: list[float] = []
+
+    def case(bench: Any, _seed: int) -> dict:
+        used.append(bench.params.potential.zeta)
+        return obstacle(0.05, -0.02)
+
+    monkeypatch.setattr(program, "obstacle_case", case)
+    write_tuned(tmp_path / "tuned.toml", {"potential.zeta": 2.5}, "")
+    config = replace(parse(["--sections", "unknown_obstacle", "--obstacles", "1", "--no-figures"]), out=tmp_path / "run")  # fmt: skip
+    assert program.run(config) == 0
+    with pytest.raises(UsageError, match="a run with other options"):
+        program.run(replace(config, params=str(tmp_path)))
+    capsys.readouterr()
+    assert program.run(replace(config, params=str(tmp_path), overwrite=True)) == 0
+    assert used[0] != used[1] == 2.5
+    assert (
+        f"parameters of {tmp_path}: 1 differs from its default: potential.zeta {used[0]:g} -> 2.5"
+        in capsys.readouterr().err
+    )
+    about = json.loads((tmp_path / "run/run.json").read_text())
+    assert about["params"]["potential.zeta"] == 2.5 and about["config"]["params"] == str(tmp_path)
+    assert program.run(replace(config, params=str(tmp_path / "tuned.toml"))) == 0 and len(used) == 2, "the same values"
+    write_tuned(tmp_path / "tuned.toml", {"potential.zet": 2.5}, "")
+    with pytest.raises(UsageError, match=r"--params .*: the cell has no parameter 'potential.zet'"):
+        program.run(replace(config, params=str(tmp_path)))

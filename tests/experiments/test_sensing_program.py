@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -47,6 +48,7 @@ from hrcjax.robot import arm_capsules
 from hrcjax.sense.faults import BLOCKED
 from hrcjax.sim import Cell, Params
 from hrcjax.sim.exact import person_distances
+from hrcjax.tune.tuned import write_tuned
 from hrcjax.world import capsules_obstacle_distances, motion_named, scene_named
 from hrcjax.world.person import person_at
 
@@ -361,6 +363,9 @@ def test_a_run_resumes_and_another_is_refused(tmp_path: Path) -> None:
         RunStore(tmp_path / "other", "a", {}, False)
 
 
+SET_UP = {k: np.asarray(v) for k, v in {"error": [], "share_seen": [], "in_map": [], "radius": [], "unseen_share": 0, "unseen_free_share": 0, "rounds": 1, "settled": True, "seconds": 1}.items()}  # fmt: skip
+
+
 def test_a_killed_run_computes_the_rest_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from experiments.sensing import run as program
 
@@ -372,8 +377,7 @@ def test_a_killed_run_computes_the_rest_alone(tmp_path: Path, monkeypatch: pytes
             raise KeyboardInterrupt
         return record()
 
-    set_up = {k: np.asarray(v) for k, v in {"error": [], "share_seen": [], "in_map": [], "radius": [], "unseen_share": 0, "unseen_free_share": 0, "rounds": 1, "settled": True, "seconds": 1}.items()}  # fmt: skip
-    monkeypatch.setattr(program, "static_case", lambda *_: set_up)
+    monkeypatch.setattr(program, "static_case", lambda *_: SET_UP)
     monkeypatch.setattr(program, "episode_case", case)
     monkeypatch.setattr(program.Runner, "set_up", lambda *_: None)
     words = ["--scenes", "hri", "--people", "nobody", "reach_in", "pass_by", "--moments", "0", "--appearances", "0", "--hands", "0", "--images", "0", "--no-figures"]  # fmt: skip
@@ -424,3 +428,37 @@ def test_named_settings_are_those_of_the_options() -> None:
     assert parse([]).seeds == 1 and parse(["--config", "full"]).seeds == 10
     quick = parse(["--quick"])
     assert quick.scenes == ("robotica", "clutter") and quick.moments == 5
+
+
+def test_parameters_of_a_file_are_those_of_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from experiments.sensing import run as program
+
+    used: list[float] = []
+
+    def case(bench: Any, _set_up: object, _name: str) -> dict[str, np.ndarray]:
+        used.append(float(bench.params.potential.zeta))
+        return record()
+
+    monkeypatch.setattr(program, "static_case", lambda *_: SET_UP)
+    monkeypatch.setattr(program, "episode_case", case)
+    monkeypatch.setattr(program.Runner, "set_up", lambda *_: None)
+    write_tuned(tmp_path / "tuned.toml", {"potential.zeta": 2.5}, "")
+    config = replace(parse(["--scenes", "hri", "--people", "nobody", "--moments", "0", "--appearances", "0", "--hands", "0", "--images", "0", "--no-figures"]), out=tmp_path / "run")  # fmt: skip
+    assert program.run(config) == 0
+    with pytest.raises(UsageError, match="a run with other options"):
+        program.run(replace(config, params=str(tmp_path)))
+    capsys.readouterr()
+    assert program.run(replace(config, params=str(tmp_path), overwrite=True)) == 0
+    assert used[0] != used[1] == 2.5
+    assert (
+        f"parameters of {tmp_path}: 1 differs from its default: potential.zeta {used[0]:g} -> 2.5"
+        in capsys.readouterr().err
+    )
+    about = json.loads((tmp_path / "run/run.json").read_text())
+    assert about["params"]["potential.zeta"] == 2.5 and about["config"]["params"] == str(tmp_path)
+    assert program.run(replace(config, params=str(tmp_path / "tuned.toml"))) == 0 and len(used) == 2, "the same values"
+    write_tuned(tmp_path / "tuned.toml", {"potential.zet": 2.5}, "")
+    with pytest.raises(UsageError, match=r"--params .*: the cell has no parameter 'potential.zet'"):
+        program.run(replace(config, params=str(tmp_path)))

@@ -20,6 +20,7 @@ from experiments.sweep.__main__ import main
 from hrcjax.lab import atomic
 from hrcjax.sweeps import store
 from hrcjax.sweeps.store import open_run
+from hrcjax.tune.tuned import write_tuned
 
 TOY = Path(__file__).parents[1] / "helpers" / "toy_sweep.py"
 SMALL = ["--grid", "K_att=log:0.01:0.1:4", "K_rep=lin:0.1:1:3", "zeta=2,4", "--memory", "0.5", "--no-figures"]
@@ -390,3 +391,28 @@ def test_identity_changes_with_everything_that_decides_numbers(tmp_path: Path) -
     marks.append(mark(base))
     assert len(set(marks)) == len(marks)
     assert mark(replace(base, out=tmp_path, best=9, by="length", figures=False, memory=7.0)) == marks[-1]
+
+
+def test_parameters_of_a_file_hold_where_nothing_is_swept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As one value each of an axis, which overrides the file; a folder of its own, and the values in its record."""
+    write_tuned(tmp_path / "mine.toml", {"field.speed": 0.75, "potential.zeta": 3.0, "potential.k_att": 0.07}, "")
+    grid = ["--grid", "K_att=0.02,0.05", "--no-figures"]
+    assert main([*grid, "--params", "mine.toml"]) == 0
+    said = capsys.readouterr().err
+    assert (
+        "parameters of mine.toml: 3 differ from the defaults: field.speed 0.5 -> 0.75, potential.zeta 4 -> 3, "
+        "potential.k_att 0.03 -> 0.07 (swept)\n" in said
+    )
+    (folder,) = (tmp_path / "runs").iterdir()
+    record = json.loads((folder / "config.json").read_text())
+    assert record["config"]["params"] == "mine.toml" and record["identity"]["params"]["field.speed"] == 0.75
+    assert main([*grid[:2], "speed=0.75", "zeta=3", "--no-figures", "--out", "axes"]) == 0
+    assert main([*grid, "--out", "defaults"]) == 0
+    with open_run(folder) as found, open_run("axes") as axes, open_run("defaults") as defaults:
+        np.testing.assert_allclose(found.score.values.squeeze(), axes.score.values.squeeze(), rtol=1e-6)
+        assert found.score.dims == defaults.score.dims and not np.allclose(found.score, defaults.score, rtol=1e-5)
+    assert main([*grid, "--out", str(folder)]) == 2
+    assert "holds another run (params.potential.k_att is 0.07 there, 0.03 here)" in capsys.readouterr().err
+    write_tuned(tmp_path / "mine.toml", {"field.sped": 0.75}, "")
+    assert main([*grid, "--params", "mine.toml"]) == 2
+    assert capsys.readouterr().err.startswith("error: --params mine.toml: the cell has no parameter 'field.sped'")

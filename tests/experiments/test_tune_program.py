@@ -2,7 +2,13 @@
 
 import importlib
 import json
+import os
+import random
+import shutil
+import signal
+import subprocess
 import sys
+import time
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -18,13 +24,15 @@ from experiments.tune import optimiser
 from experiments.tune import run as program
 from experiments.tune.config import TuneConfig, parse
 from experiments.tune.judge import comparison, interval
+from experiments.tune.live import LiveTable
 from experiments.tune.loop import Tuner
 from experiments.tune.optimiser import Checkpoints
+from experiments.tune.overlap import digests, not_new
 from experiments.tune.problem import Problem, named_cell, world_names
 from experiments.tune.report import felt_text
 from hrcjax.lab.errors import UsageError
 from hrcjax.tune import LOSSES, choose
-from hrcjax.tune.tuned import read_tuned
+from hrcjax.tune.tuned import read_training, read_tuned
 
 OPTIMUM = {"potential.k_att": 0.08, "potential.zeta": 3.5}
 CONFIG = TuneConfig(
@@ -116,6 +124,8 @@ def test_finds_the_optimum_and_tells_it(tmp_path: Path, capsys) -> None:
     assert program.run(config, build) == 0
     said = capsys.readouterr().out
     assert "potential.zeta" in said and "held out" in said and "95 %" in said
+    assert [line.split()[0] for line in said.split("|gradient|")[1].splitlines()[1:4]] == ["50", "100", "150"]
+    assert said.count("|gradient|") == 1, "one header"
     values = tomllib.loads((tmp_path / "run/tuned.toml").read_text())["parameters"]
     tilts = np.mean([np.random.default_rng(k).normal(0, 0.02, 2) for k in range(3)], axis=0)
     expected = {name: x * np.exp(t) for (name, x), t in zip(OPTIMUM.items(), tilts, strict=True)}
@@ -129,9 +139,112 @@ def test_finds_the_optimum_and_tells_it(tmp_path: Path, capsys) -> None:
     drawn = {path.name for path in (tmp_path / "run/figures").iterdir()}
     assert drawn == {"losses.png", "parameters.png", "gradients.png", "before_after.png"}
 
-    after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=tmp_path / "run")
+    after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=str(tmp_path / "run"))
     assert program.run(after, build) == 0
     assert read_tuned(tmp_path / "next", "--from") == pytest.approx(values, rel=1e-6)
+
+
+SLOW_RUN = """
+import sys, time
+from dataclasses import replace
+from pathlib import Path
+sys.path[:0] = {paths!r}
+from test_tune_program import CONFIG, Tuner, build, program
+step = Tuner.step
+def slow(self, state):
+    time.sleep(0.3)
+    return step(self, state)
+Tuner.step = slow
+program.run(replace(CONFIG, out=Path({out!r})), build)
+"""
+"""A run in another process, slowed down so that there are moments between its steps."""
+
+
+def test_killed_at_any_moment_it_resumes_to_the_same_numbers(whole: Path, tmp_path: Path, capsys) -> None:
+    """SIGKILL at a random moment after the first checkpoint; until then nobody else may write to the folder."""
+    here = Path(__file__)
+    code = SLOW_RUN.format(paths=[str(here.parents[2]), str(here.parent)], out=str(tmp_path / "run"))
+    wait = random.SystemRandom().uniform(0.0, 1.2)
+    run = [sys.executable, "-c", code]
+    env = {**os.environ, "JAX_ENABLE_X64": "1"}  # as here
+    with subprocess.Popen(run, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
+        end = time.monotonic() + 120
+        while (
+            not list((tmp_path / "run/cases").glob("steps/[0-9]*")) and child.poll() is None and time.monotonic() < end
+        ):
+            time.sleep(0.02)
+        with pytest.raises(UsageError, match=r"^another process writes to .*; wait for it or give another --out$"):
+            program.run(replace(CONFIG, out=tmp_path / "run"), build)
+        time.sleep(wait)
+        child.kill()
+    assert child.returncode == -signal.SIGKILL, "it was still running"
+    program.run(replace(CONFIG, out=tmp_path / "run"), build)
+    assert "goes on after step" in capsys.readouterr().err
+    one, other = history(whole, CONFIG), history(tmp_path / "run", CONFIG)
+    for name, array in one[1].items():
+        np.testing.assert_array_equal(array, other[1][name], err_msg=f"{name}, killed {wait:.3f} s after a checkpoint")
+    np.testing.assert_array_equal(one[0].vector, other[0].vector)
+    assert (whole / "tuned.toml").read_text().split("[parameters]")[1] == (tmp_path / "run/tuned.toml").read_text().split("[parameters]")[1]  # fmt: skip
+
+
+def test_fewer_steps_than_there_are_is_said(whole: Path, tmp_path: Path, capsys) -> None:
+    shutil.copytree(whole, tmp_path / "run")
+    program.run(replace(CONFIG, steps=2, out=tmp_path / "run"), build)
+    said = capsys.readouterr()
+    assert "goes on after step 6: more than --steps 2, and all of them count; no step is left" in said.err
+    assert "|gradient|" not in said.out, "no table of no steps"
+
+
+def test_the_table_has_aligned_rows(whole: Path) -> None:
+    kept = history(whole, CONFIG)[1]
+    table = LiveTable(tuple(OPTIMUM), ("sound",), CONFIG.starts)
+    assert table.header.split() == ["step", "start", "loss", "sound", "|gradient|", "k_att", "zeta"]
+    for step in (2, 4, 6):
+        upto = {name: array[:step] for name, array in kept.items()}
+        row, k = table.row(step, upto, 0), int(np.argmin(kept["loss"][step - 1]))
+        assert len(row) == len(table.header) and row.split()[:2] == [str(step), str(k)]
+        newest = {name: array[-1][k] for name, array in upto.items()}
+        expected = [newest["loss"], *newest["terms"], np.linalg.norm(newest["gradient"]), *newest["values"]]
+        assert [float(x) for x in row.split()[2:]] == pytest.approx(expected, rel=1e-3)
+    broken = {name: np.full_like(array, np.nan) if array.dtype.kind == "f" else array for name, array in kept.items()}
+    assert table.row(6, broken, 3).endswith("  3 not finite") and len(table.row(6, broken, 0)) == len(table.header)
+    assert "start" not in LiveTable(tuple(OPTIMUM), ("sound",), 1).header
+
+
+def test_worlds_that_are_not_new_are_named(tmp_path: Path, capsys) -> None:
+    """Held out, seed 7 is another world than those of the training, and 8 one of them by another name."""
+
+    def repeated(config, named) -> Problem:
+        made = build(config, named)
+        names = list(made.held_out)
+        return replace(made, held_out={names[0]: made.held_out[names[0]], names[1]: next(iter(made.training.values()))})
+
+    one = replace(CONFIG, steps=1, starts=1, out=tmp_path / "run")
+    program.run(one, repeated)
+    said = capsys.readouterr().err
+    assert "held out, not wholly new: ('robotica', 'reach_in', 8) (world as in training: only noise differs)" in said
+    after = replace(one, seeds=(7,), held_out_seeds=(1, 5), start_from=str(tmp_path / "run"), out=tmp_path / "next")
+    program.run(after, build)
+    said = capsys.readouterr().err
+    assert "('robotica', 'reach_in', 1) (trained in by --from)" in said and "reach_in', 5" not in said
+    assert list(read_training(tmp_path / "next", "")) == [f"('robotica', 'reach_in', {k})" for k in (0, 1, 2, 7)]
+
+
+def test_parts_of_worlds_are_compared_by_their_arrays() -> None:
+    scene, other, person = np.arange(3.0), np.arange(3.0) + 1, {"a": np.zeros((2, 3)), "b": np.ones(2)}
+    worlds = {
+        "a": (scene, person),
+        "b": (scene.copy(), {"a": np.ones((2, 3)), "b": np.ones(2)}),
+        "c": (other, person),
+        "d": (other, {}),
+    }
+    seen = {name: digests(dict(zip(("scene", "people"), parts, strict=True))) for name, parts in worlds.items()}
+    held = {name: seen[name] for name in "bcd"} | {"e": seen["a"]}
+    assert not_new(held, {"a": seen["a"]}, {}) == (
+        "b (scene as in training); c (people as in training); e (scene and people as in training: only noise differs)"
+    )
+    assert not_new(held, {"x": seen["c"]}, {"d": seen["d"]}).startswith("c (scene and people as in training")
+    assert not_new({"d": seen["d"]}, {}, {}) == ""
 
 
 def test_not_finite_is_counted_and_said(tmp_path: Path, capsys) -> None:
@@ -182,7 +295,7 @@ def test_another_run_in_the_folder_is_refused_or_replaced(tmp_path: Path) -> Non
         ({"people": ("nobdy",)}, "nobdy"),
         ({"loss": ("soud",)}, "no loss 'soud'"),
         ({"params": ("K_at",)}, "unknown parameter"),
-        ({"start_from": Path("nowhere")}, "--from nowhere"),
+        ({"start_from": "nowhere"}, "--from nowhere"),
     ],
 )
 def test_messages(change, message, tmp_path: Path) -> None:
@@ -198,7 +311,7 @@ def test_a_missing_package_names_the_extra(monkeypatch) -> None:
 
 def test_options() -> None:
     config = parse(["--params", "zeta", "--from", "runs/other", "--quick"])
-    assert config.params == ("zeta",) and config.start_from == Path("runs/other")
+    assert config.params == ("zeta",) and config.start_from == "runs/other"
     assert (config.steps, config.batch, config.starts, len(config.people)) == (3, 1, 1, 1)
     with pytest.raises(UsageError, match="close: --params"):
         parse(["--param", "zeta"])

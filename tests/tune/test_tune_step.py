@@ -35,6 +35,7 @@ def test_values_by_hand() -> None:
     points = np.asarray(WORLDS)
     for k, x in enumerate(([1.0, 1.0], [0.0, 2.0])):
         pulled = np.mean(np.sum((np.array(x) - points) ** 2, axis=1))
+        np.testing.assert_allclose(found.each[k, :, 0], np.sum((np.array(x) - points) ** 2, axis=1), rtol=1e-12)
         np.testing.assert_allclose(found.terms[k], [pulled, (x[0] - x[1]) ** 2], rtol=1e-12)
         np.testing.assert_allclose(found.loss[k], 2 * pulled + 0.5 * (x[0] - x[1]) ** 2, rtol=1e-12)
         apart = np.array([x[0] - x[1], x[1] - x[0]])

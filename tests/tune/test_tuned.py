@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hrcjax.lab.errors import UsageError
-from hrcjax.tune.tuned import TUNED, read_tuned, write_tuned
+from hrcjax.tune.tuned import TUNED, read_training, read_tuned, write_tuned
 
 
 def test_round_trip(tmp_path: Path) -> None:
@@ -26,3 +26,11 @@ def test_other_files_are_refused(text: str, tmp_path: Path) -> None:
         read_tuned(tmp_path / "x.toml", "--from")
     with pytest.raises(UsageError, match=f"no {TUNED} there"):
         read_tuned(tmp_path, "--from")
+
+
+def test_the_worlds_of_the_training_are_kept(tmp_path: Path) -> None:
+    training = {"robotica-0-reach_in": {"scene": "a1", "person": "b2"}, 'hri-1-a "b"\\c.bvh,unit=cm': {"scene": "é"}}
+    write_tuned(tmp_path / TUNED, {"a.b": 1.0}, "", training)
+    assert read_training(tmp_path, "--from") == training and read_tuned(tmp_path, "--from") == {"a.b": 1.0}
+    write_tuned(tmp_path / TUNED, {"a.b": 1.0}, "")
+    assert read_training(tmp_path, "--from") == {}
