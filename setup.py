@@ -15,6 +15,7 @@ setup(
         "hrcjax.configs.sensing",
         "hrcjax.configs.sweep",
         "hrcjax.configs.tune",
+        "hrcjax.configs.tune_benchmark",
     ],
     package_dir={"hrcjax.programs": "experiments", "hrcjax.configs": "configs"},
     package_data={
@@ -23,5 +24,6 @@ setup(
         "hrcjax.configs.sensing": ["*.toml"],
         "hrcjax.configs.sweep": ["*.toml"],
         "hrcjax.configs.tune": ["*.toml"],
+        "hrcjax.configs.tune_benchmark": ["*.toml"],
     },
 )
