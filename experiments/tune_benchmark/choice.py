@@ -12,14 +12,13 @@ TRACED = 10
 
 def least_first(account: Account, count: int) -> list[int]:
     """Places of different settings with the least smooth loss, at most `count` of them; the first setting is always one."""
-    order = np.argsort(account.losses, kind="stable")
-    kept: list[int] = [0]
-    for k in order:
-        known = any(np.array_equal(account.vectors[k], account.vectors[j]) for j in kept)
-        if np.isfinite(account.losses[k]) and not known:
-            kept.append(int(k))
-    rest = [k for k in kept if k != 0][: max(count - 1, 0)]
-    return [0, *rest]
+    kept = [0]
+    for k in map(int, np.argsort(account.losses, kind="stable")):
+        if len(kept) >= count or not np.isfinite(account.losses[k]):
+            break
+        if not any(np.array_equal(account.vectors[k], account.vectors[j]) for j in kept):
+            kept.append(k)
+    return kept
 
 
 def choose(account: Account, start: NDArray, choices: int, smooth: bool) -> tuple[NDArray, float]:

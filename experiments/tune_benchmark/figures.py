@@ -31,7 +31,7 @@ def best_so_far(ways: Sequence[NDArray], spent: NDArray) -> NDArray:
 
 def progress_figure(found: Found) -> Figure:
     """Best true training score so far over compute: median over seeds, and their range."""
-    figure = new_figure(9, 5.5)
+    figure = new_figure(9.0, 5.5)
     axes = figure.subplots()
     for method in ranked(found.scores):
         ways = [one.way for one in found.entries[method]]
@@ -56,7 +56,7 @@ def progress_figure(found: Found) -> Figure:
 def held_out_figure(found: Found) -> Figure:
     """Held-out score of every method in every world, mean over seeds."""
     order = ranked(found.scores)
-    figure = new_figure(9, 1.8 + 0.3 * len(found.worlds))
+    figure = new_figure(9.0, 1.8 + 0.3 * len(found.worlds))
     axes = figure.subplots()
     place = np.arange(len(found.worlds))
     for k, method in enumerate(order):

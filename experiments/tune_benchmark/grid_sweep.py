@@ -43,8 +43,9 @@ def grid_vectors(settings: Settings, chosen: Chosen) -> NDArray[np.float64]:
     with jax.enable_x64(True):
         for name, values in settings.values.items():
             k = chosen.names.index(name)
-            free = chosen.bounds[k].to_free(jnp.asarray(values, jnp.float64))
-            vectors[:, k] = np.clip(np.asarray(free), -FAR, FAR)
+            different, places = np.unique(values, return_inverse=True)
+            free = [float(chosen.bounds[k].to_free(jnp.asarray(x, jnp.float64))) for x in different]
+            vectors[:, k] = np.clip(free, -FAR, FAR)[places]
     return vectors
 
 

@@ -9,5 +9,5 @@ def random_search(account: Account, config: TuneBenchmarkConfig, seed: int) -> N
     """Draws until the budget is used."""
     done = 0
     while count := min(config.at_once, account.affordable()):
-        account.evaluate(starting(account.race.problem, seed, done, count))
+        account.evaluate(starting(account.race.problem, seed, done, count, edge=0.0))
         done += count
