@@ -25,8 +25,7 @@ def best_so_far(ways: Sequence[NDArray], spent: NDArray) -> NDArray:
     for at, score in ways:
         place = np.searchsorted(at, spent, side="right") - 1
         rows.append(np.where(place >= 0, score[np.maximum(place, 0)], np.nan))
-    scores = np.stack(rows)
-    return np.where(np.isfinite(scores), scores, np.nan)
+    return np.stack(rows)
 
 
 def progress_figure(found: Found) -> Figure:

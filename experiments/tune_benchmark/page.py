@@ -17,7 +17,7 @@ Written by the program; do not edit. Research software, not safety-rated.
 {command}
 ```
 
-Code {commit}; {versions}; {platform}.
+Code {commit}; {versions}; {platform}.{quick}
 
 ## What is compared
 The same {parameters} parameters, `{names}`, are tuned within the same bounds in {training} worlds, and judged by exact metrics of
@@ -29,12 +29,12 @@ is measured by them.
 | training | {training_names} |
 | held out | {held_names} |
 
-**Compute** is counted in forward episodes. Every method has {budget:.0f} of them for each of the seeds {seeds}, the sweep {sweep:.0f} once, and the
+**Compute** is counted in forward episodes. Every method has up to {budget:.0f} of them for each of its seeds ({seeds}), the sweep {sweep:.0f} once, and the
 defaults none. {ratio} Whatever a method looks at counts, its choice at the end too. Wall time is that of its batches; compilation is apart. Forward
 calls have room for {at_once} settings, and a method that asks for fewer pays the whole call in wall time, not in episodes.
 
-**Methods.** All but the sweep know the defaults. `gradient`: Adam with a rate of {rate:g}, from {starts} starts, on the smooth loss
-`{loss}`, each step in all training worlds. `quasi_newton`: L-BFGS-B of SciPy on the same loss from the same starts, again from new ones
+**Methods.** All but the sweep know the defaults. `gradient`: Adam with a rate of {rate:g} on the smooth loss
+`{loss}`, each step in all training worlds; starts: {starts}. `quasi_newton`: L-BFGS-B of SciPy on the same loss from the same starts, again from new ones
 where it has converged. Both choose at the end among {choices} of their candidates by the true score. `random`: uniform within the
 bounds, by the logarithm where both are positive. `cma_es`: from the defaults with a deviation of 1 in the coordinates without bounds.
 `sweep`: `{grid}`. These three optimise the true score, which has steps that no gradient sees.
@@ -109,6 +109,9 @@ def page(found: Found, problem: Any, config: Any, origin: Mapping[str, Any], sai
         commit=origin["commit"],
         versions=used,
         platform=origin["platform"],
+        quick="\n\n**A quick run: episodes of 3 s, in which nothing arrives. It shows that the program runs, and no more.**"
+        if config.quick
+        else "",
         parameters=len(problem.chosen.names),
         names="`, `".join(problem.chosen.names),
         training=len(problem.training),

@@ -1,11 +1,12 @@
 """The problem that all methods share: parameters, worlds, the smooth loss, and the true score with its terms."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import jax.numpy as jnp
 
 from hrcjax.cells.named_cell import NamedCell
+from hrcjax.lab.errors import UsageError
 from hrcjax.metrics.episode import METRICS
 from hrcjax.sim import Params, World, episode, outcome
 from hrcjax.typing import Array
@@ -20,6 +21,8 @@ TERMS = ("sound_clearance", "sound_separation", "sound_time", "sound_jerk", "sou
 """What it is made of."""
 REPORTED = (SCORE, "success", "time_to_goal", "clearance", "separation")
 """Metrics of the table."""
+YARDSTICK = ("motion.speed", "motion.clock.acceleration")
+"""Parameters that the score is measured by, beside all of `safety`: changing them changes the measure."""
 Build = Callable[[TuneConfig, NamedCell], Problem]
 
 
@@ -31,6 +34,19 @@ def tune_config(config: TuneBenchmarkConfig, training: int) -> TuneConfig:
         held_out_seeds=config.held_out_seeds, batch=max(training, 1), rate=config.rate, clip=config.clip, starts=config.starts,
         quick=config.quick,
     )  # fmt: skip
+
+
+def refuse_yardsticks(names: Sequence[str]) -> None:
+    """Refuses parameters that the score is measured by.
+
+    Raises:
+        UsageError: one of them is among the names.
+    """
+    for name in names:
+        if name in YARDSTICK or name.startswith("safety."):
+            raise UsageError(
+                f"--params {name}: the score is measured by it; accepted are all but {', '.join(YARDSTICK)} and safety.*"
+            )
 
 
 def race_problem(config: TuneConfig, named: NamedCell) -> Problem:

@@ -32,7 +32,7 @@ from .forward import Forward
 from .grid_sweep import grid_settings, grid_vectors
 from .methods import ONE_SEED, Entry, played
 from .page import page
-from .problem import Build, race_problem, tune_config
+from .problem import Build, race_problem, refuse_yardsticks, tune_config
 from .results import Found, rows, table, verdicts
 from .slopes import Slopes
 
@@ -100,6 +100,7 @@ def run(config: TuneBenchmarkConfig, build: Build = race_problem, argv: Sequence
     tuning = tune_config(config, len(train))
     named = named_cell(tuning)
     chosen = choose(config.params, named.params, named.known_aliases(), named.known_domains(), config.frozen)
+    refuse_yardsticks(chosen.names)
     parse_losses(config.loss)
     grid = grid_settings(config, named, chosen)
     budget = float(config.budget or max(round(config.share * grid.count * len(train)), 1))

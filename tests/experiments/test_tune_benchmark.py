@@ -342,6 +342,8 @@ def test_lost_worlds_name_the_term() -> None:
         ({"seeds_of_methods": (1, 1)}, "--seeds-of-methods"),
         ({"held_out_seeds": ()}, "--held-out-seeds"),
         ({"held_out_people": ("reach_in",), "held_out_seeds": (0,)}, "in training and held out"),
+        ({"params": ("K_att=0.01:0.2", "motion.speed=0.5:1.4")}, "motion.speed: the score is measured by it"),
+        ({"params": ("safety.zone.red_speed=0.1:0.4",)}, "measured by it"),
         ({"grid": ("omega1=lin:1:2:2",)}, "among|parameters of --params"),
         ({"grid": ("zeta=lin:1:6:3",)}, "within 1.2:5"),
     ],
