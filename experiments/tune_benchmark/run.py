@@ -1,0 +1,199 @@
+"""One run: from options to finished methods, held-out metrics, rows, page and figures."""
+
+import json
+import math
+import shlex
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.cells.named_cell import NamedCell
+from hrcjax.lab.atomic import write_bytes
+from hrcjax.lab.case_store import FIGURES, RunStore
+from hrcjax.lab.errors import UsageError
+from hrcjax.lab.progress import Progress, duration
+from hrcjax.lab.provenance import file_digest, fingerprint, provenance, versions
+from hrcjax.lab.rows import read_results
+from hrcjax.lab.writable import check_writable
+from hrcjax.tune import choose, parse_losses
+
+from ..tune.problem import Problem, named_cell, world_names
+from ..tune.run import identity as tuning_identity
+from .account import Race
+from .config import BY_GRADIENT, METHODS, TuneBenchmarkConfig
+from .forward import Forward
+from .grid_sweep import grid_settings, grid_vectors
+from .methods import ONE_SEED, Entry, played
+from .page import page
+from .problem import Build, race_problem, refuse_yardsticks, tune_config
+from .results import Found, rows, table, verdicts
+from .slopes import Slopes
+
+NO_RESULT = ("config", "methods", "seeds_of_methods", "smooth", "seed", "out", "json", "page", "figures", "overwrite")
+"""Options that do not change what a method with a seed finds."""
+AFTERWARDS = ("compare.py", "results.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py")
+"""Files that only read what methods found."""
+SECTION = "tune_benchmark"
+
+
+def check(config: TuneBenchmarkConfig) -> None:
+    """Refuses options before anything is computed."""
+    unknown = [name for name in config.methods if name not in METHODS]
+    if unknown:
+        raise UsageError(f"--methods {unknown[0]}: accepted are {', '.join(METHODS)}")
+    for option, least in (("budget", 0), ("starts", 1), ("choices", 1), ("at_once", 1), ("population", 0), ("seed", 0)):
+        if getattr(config, option) < least:
+            raise UsageError(f"--{option.replace('_', '-')} {getattr(config, option)}: accepted is {least} or more")
+    if config.population == 1:
+        raise UsageError("--population 1: accepted is 0, or 2 or more")
+    for option, above in (("share", True), ("rate", True), ("clip", True), ("ratio", False)):
+        value = getattr(config, option)
+        if not (value > 0 or (value == 0 and not above)) or not math.isfinite(value):
+            raise UsageError(f"--{option} {value:g}: accepted is a number {'above' if above else 'of at least'} 0")
+    for option in ("methods", "seeds_of_methods", "scenes", "people", "seeds", "held_out_scenes", "held_out_people", "held_out_seeds"):  # fmt: skip
+        values = getattr(config, option)
+        if not values or len(set(values)) < len(values):
+            raise UsageError(f"--{option.replace('_', '-')}: accepted are one or more values, each once")
+    if min(config.seeds_of_methods) < 0:
+        raise UsageError(f"--seeds-of-methods {min(config.seeds_of_methods)}: accepted is 0 or more")
+    for option in ("json", "page"):
+        if (file := getattr(config, option)) is not None:
+            check_writable(file.parent, f"--{option}")
+    if config.json:
+        read_results(config.json)
+
+
+def identity(config: TuneBenchmarkConfig, named: NamedCell, training: int) -> dict[str, Any]:
+    """Everything that decides what a method with a seed finds, as JSON values."""
+    own = Path(__file__).parent
+    return {
+        "tuning": tuning_identity(tune_config(config, training), named),
+        "options": {key: value for key, value in asdict(config).items() if key not in NO_RESULT},
+        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
+        "versions": {"cmaes": metadata.version("cmaes"), "scipy": versions()["scipy"]},
+    }
+
+
+def command(argv: Sequence[str]) -> str:
+    """The command line, without the place of the program."""
+    return shlex.join(["python", "-m", "experiments.tune_benchmark", *argv])
+
+
+def run(config: TuneBenchmarkConfig, build: Build = race_problem, argv: Sequence[str] | None = None) -> int:
+    """Runs or resumes; returns the exit status: 0.
+
+    Args:
+        build: of (options of the tuning, cell), makes the problem.
+        argv: the command line, for the page.
+    """
+    begin = time.monotonic()
+    check(config)
+    tuning = tune_config(config, 1)
+    train, held = world_names(tuning)
+    tuning = tune_config(config, len(train))
+    named = named_cell(tuning)
+    chosen = choose(config.params, named.params, named.known_aliases(), named.known_domains(), config.frozen)
+    refuse_yardsticks(chosen.names)
+    parse_losses(config.loss)
+    grid = grid_settings(config, named, chosen)
+    budget = float(config.budget or max(round(config.share * grid.count * len(train)), 1))
+    mark = fingerprint(identity(config, named, len(train)))
+    folder = config.out or Path("runs") / f"tune_benchmark-{mark[:8]}"
+    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
+    origin = provenance()
+    store = RunStore(folder, mark, {"program": SECTION, "config": asked, **origin}, config.overwrite)
+    print(
+        f"{len(train)} worlds to train in, {len(held)} held out, {budget:.0f} forward episodes a method and seed -> {folder}",
+        file=sys.stderr, flush=True,
+    )  # fmt: skip
+    problem = build(tuning, named)
+    forward, slopes = Forward(problem, config.at_once), Slopes(problem, tuning)
+    costs = _costs(config, store, forward, slopes)
+    race = Race(problem, forward, slopes, store, config.ratio or costs.get("ratio", 1.0))
+    entries = _races(config, race, budget, grid_vectors(grid, chosen))
+    found = Found(entries, _held_out(entries, race), list(problem.held_out), problem.units, costs, budget, config.seed)
+    _write(config, found, problem, origin, folder, command(sys.argv[1:] if argv is None else argv))
+    print(f"\n{table(found)}\n\n" + "\n".join(verdicts(found)))
+    print(f"Took {duration(time.monotonic() - begin)}. Rows: {folder / 'rows.json'}")
+    return 0
+
+
+def _costs(config: TuneBenchmarkConfig, store: RunStore, forward: Forward, slopes: Slopes) -> dict[str, float]:
+    """Times and ratio of the gradient, measured once in a run; none if they are not needed."""
+    if config.ratio or not set(BY_GRADIENT) & set(config.methods):
+        return {}
+    case, new = store.take("cost/gradient", lambda: slopes.cost(forward))
+    costs = {name: float(value) for name, value in case.items()}
+    if new:
+        text = f"the gradient of an episode counts as {costs['ratio']:.3g} forward ones; {duration(costs['gradient_compile_s'])} to compile it"
+        print(text, file=sys.stderr, flush=True)
+    return costs
+
+
+def _races(config: TuneBenchmarkConfig, race: Race, budget: float, grid: NDArray) -> dict[str, list[Entry]]:
+    """All methods with all seeds."""
+    plan = [
+        (method, seed, float(race.worlds * (len(grid) if method == "sweep" else 1)) if method in ONE_SEED else budget)
+        for method in config.raced
+        for seed in (config.seeds_of_methods[:1] if method in ONE_SEED else config.seeds_of_methods)
+    ]
+    entries: dict[str, list[Entry]] = {}
+    total, told = round(sum(cost for *_, cost in plan)), [0.0]
+    with Progress(total, unit="episode") as progress:
+
+        def advance(cost: float, seconds: float, note: str) -> None:
+            whole = min(round(told[0] + cost), total) - round(told[0])
+            told[0] += cost
+            progress.advance(whole, seconds, note)
+
+        race.advance = advance
+        for method, seed, cost in plan:
+            entry = played(race, config, method, seed, cost, grid)
+            entries.setdefault(method, []).append(entry)
+            progress.say(
+                f"{method}, seed {seed}: training score {entry.score:.2f} after {entry.spent:.0f} episodes, {duration(entry.seconds)}"
+            )
+    return entries
+
+
+def _held_out(entries: dict[str, list[Entry]], race: Race) -> dict[str, dict[str, NDArray]]:
+    """Metrics (seed, world) of every method's choices, in the worlds that are held out."""
+    vectors = np.stack([entry.vector for each in entries.values() for entry in each])
+    mark = fingerprint({"vectors": vectors.tolist()})[:12]
+    columns: list[dict[str, NDArray]] = []
+    with Progress(len(race.problem.held_out), unit="held-out world") as progress:
+        for name, world in race.problem.held_out.items():
+            case, new = race.store.take(f"held_out/{name}-{mark}", lambda w=world: race.forward.measured(vectors, {"": w}))  # fmt: skip
+            columns.append({key: value[:, 0] for key, value in case.items()})
+            progress.advance(1, None if new else 0.0)
+    table = {key: np.stack([column[key] for column in columns], axis=1) for key in columns[0]}
+    found, first = {}, 0
+    for method, each in entries.items():
+        found[method] = {key: value[first : first + len(each)] for key, value in table.items()}
+        first += len(each)
+    return found
+
+
+def _write(
+    config: TuneBenchmarkConfig, found: Found, problem: Problem, origin: dict[str, Any], folder: Path, line: str
+) -> None:
+    sections = {SECTION: rows(found)}
+    write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())
+    if config.json:
+        write_bytes(config.json, (json.dumps(read_results(config.json) | sections, indent=1) + "\n").encode())
+    drawn = ["none"]
+    if config.figures:
+        from .figures import draw  # here: drawing is slow to import, and not always wanted
+
+        drawn = draw(folder / FIGURES, found)
+    if config.page:
+        said = {"command": line, "folder": str(folder), "figures": "; ".join(drawn)}
+        used = origin | {"versions": origin["versions"] | {"cmaes": metadata.version("cmaes"), "optax": metadata.version("optax")}}  # fmt: skip
+        write_bytes(config.page, page(found, problem, config, used, said).encode())
