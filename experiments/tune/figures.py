@@ -1,4 +1,4 @@
-"""Figures of a tuning: losses, parameters, gradients, before and after."""
+"""Figures of a tuning: losses, parameters, gradients, slices, before and after."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,10 +8,25 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hrcjax.lab.atomic import replace_file
-from hrcjax.viz.style import BEST, GRID, KNOB_COLOURS, TEXT, WORST, as_row, heading, new_figure, tidy
+from hrcjax.viz.style import (
+    BEST,
+    COLOUR_MAP,
+    GRID,
+    KNOB_COLOURS,
+    START,
+    TEXT,
+    WORST,
+    as_row,
+    finite_range,
+    heading,
+    label,
+    new_figure,
+    tidy,
+)  # fmt: skip
 
 from .optimiser import History
 from .problem import Problem
+from .slices import Slices, parameter_units
 
 COLUMNS = 3
 
@@ -46,12 +61,10 @@ def losses_figure(history: History, problem: Problem, best: int) -> Figure:
 def parameters_figure(history: History, problem: Problem, best: int) -> Figure:
     """Every parameter by step, of every start."""
     figure, axes = _grid(len(problem.chosen.names))
-    for n, (name, bounds) in enumerate(zip(problem.chosen.names, problem.chosen.bounds, strict=True)):
+    for n, name in enumerate(problem.chosen.names):
         for k in range(history["values"].shape[1]):
             axes[n].plot(history["values"][:, k, n], color=BEST if k == best else GRID, lw=2 if k == best else 1)
-        if bounds.low > 0 and bounds.high > 10 * bounds.low:
-            axes[n].set_yscale("log")
-        axes[n].set(ylabel=name)
+        axes[n].set(ylabel=name, yscale=_scale(problem, n))
     return _finished(figure, axes, "Parameters, the chosen start in blue")
 
 
@@ -83,6 +96,55 @@ def before_after_figure(metrics: Mapping[str, Mapping[str, NDArray]], problem: P
     return _finished(figure, axes, "Before and after, a point each world", steps=False)
 
 
+def slices_figure(slices: Slices, problem: Problem) -> Figure:
+    """Loss and exact score along each parameter alone, the start and the tuned value marked."""
+    count = len(problem.chosen.names)
+    figure = new_figure(4.0 * max(count, 2), 5.6)
+    axes = figure.subplots(2, count, squeeze=False)
+    labels = _parameter_labels(problem)
+    for row, (values, what) in enumerate(((slices.loss, "loss [1]"), (slices.score, "sound score [1]"))):
+        for n, axis in enumerate(axes[row]):
+            axis.plot(slices.values[n], values[n], "o-", color=_colour(n), ms=3)
+            axis.axvline(slices.start[n], color=START, ls="--", lw=1, label="start")
+            axis.axvline(slices.values[n, slices.values.shape[1] // 2], color=BEST, lw=1, label="tuned")
+            axis.set(xlabel=labels[n], ylabel=what, xscale=_scale(problem, n))
+        axes[row, 0].legend(fontsize=8)
+        if not np.isfinite(values).any():
+            for axis in axes[row]:
+                axis.set_visible(False)
+    title = "Through the tuned point, one parameter changed; means over the training worlds"
+    return _finished(figure, list(axes.flat), title, steps=False)
+
+
+def map_figure(slices: Slices, problem: Problem) -> Figure:
+    """Loss and exact score over the two parameters along whose slices the loss changes most."""
+    figure = new_figure(11.0, 4.6)
+    axes = figure.subplots(1, 2)
+    labels, (i, k) = _parameter_labels(problem), slices.pair
+    for axis, values, what in zip(
+        axes, (slices.map_loss, slices.map_score), ("loss [1]", "sound score [1]"), strict=True
+    ):
+        low, high = finite_range(values)
+        shown = axis.pcolormesh(*slices.sides, values.T, cmap=COLOUR_MAP, vmin=low, vmax=high, shading="nearest")
+        figure.colorbar(shown, ax=axis, label=what)
+        axis.plot(slices.start[i], slices.start[k], "o", color=START, mec="white", label="start")
+        middle = slices.sides.shape[1] // 2
+        axis.plot(*slices.sides[:, middle], "*", color="white", mec=TEXT, ms=12, label="tuned")
+        axis.set(xlabel=labels[i], ylabel=labels[k], xscale=_scale(problem, i), yscale=_scale(problem, k))
+        axis.set_visible(bool(np.isfinite(values).any()))
+    axes[0].legend(fontsize=8)
+    return _finished(figure, list(axes), "Over two parameters, the others tuned", steps=False)
+
+
+def _parameter_labels(problem: Problem) -> list[str]:
+    return [label(name, unit) for name, unit in zip(problem.chosen.names, parameter_units(problem), strict=True)]
+
+
+def _scale(problem: Problem, n: int) -> str:
+    bounds = problem.chosen.bounds[n]
+    return "log" if bounds.low > 0 and bounds.high > 10 * bounds.low else "linear"
+
+
 def _finished(figure: Figure, axes: list, title: str, steps: bool = True) -> Figure:
     for axis in axes:
         if steps:
@@ -94,7 +156,12 @@ def _finished(figure: Figure, axes: list, title: str, steps: bool = True) -> Fig
 
 
 def draw(
-    folder: Path, history: History, metrics: Mapping[str, Mapping[str, NDArray]], problem: Problem, best: int
+    folder: Path,
+    history: History,
+    metrics: Mapping[str, Mapping[str, NDArray]],
+    problem: Problem,
+    best: int,
+    slices: Slices | None = None,
 ) -> None:
     """All figures as PNG files."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -105,5 +172,9 @@ def draw(
             "parameters": parameters_figure(history, problem, best),
             "gradients": gradients_figure(history),
         }
+    if slices is not None:
+        made["slices"] = slices_figure(slices, problem)
+        if slices.map_loss.size:
+            made["map"] = map_figure(slices, problem)
     for name, figure in made.items():
         replace_file(folder / f"{name}.png", lambda path, f=figure: f.savefig(path, dpi=120, format="png"))
