@@ -47,7 +47,7 @@ class TuneConfig:
     frozen: tuple[str, ...] = ()
     """Parameters that are left out of those chosen."""
     loss: tuple[str, ...] = ("sound=1", "progress=0.5")
-    """Terms of the loss: NAME=WEIGHT; sound, progress, time, clearance, separation, excess_speed, jerk, effort, energy, or MODULE:FUNCTION of (params, cell, world, episode)."""
+    """Terms of the loss: NAME=WEIGHT; sound, progress, time, clearance, separation, excess_speed, jerk, effort, energy, of the field alone evidence, leave_one_out, or MODULE:FUNCTION of (params, cell, world, episode)."""
     scenes: tuple[str, ...] = ("robotica",)
     """Training scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     people: tuple[str, ...] = ("reach_in", "pass_by")

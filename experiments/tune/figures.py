@@ -98,42 +98,43 @@ def before_after_figure(metrics: Mapping[str, Mapping[str, NDArray]], problem: P
 
 def slices_figure(slices: Slices, problem: Problem) -> Figure:
     """Loss and exact score along each parameter alone, the start and the tuned value marked."""
-    count = len(problem.chosen.names)
-    figure = new_figure(4.0 * max(count, 2), 5.6)
-    axes = figure.subplots(2, count, squeeze=False)
+    count, rows = len(problem.chosen.names), _known((slices.loss, "loss [1]"), (slices.score, "sound score [1]"))
+    figure = new_figure(4.0 * max(count, 2), 2.8 * len(rows) + 0.4)
+    axes = figure.subplots(len(rows), count, squeeze=False)
     labels = _parameter_labels(problem)
-    for row, (values, what) in enumerate(((slices.loss, "loss [1]"), (slices.score, "sound score [1]"))):
+    for row, (values, what) in enumerate(rows):
         for n, axis in enumerate(axes[row]):
             axis.plot(slices.values[n], values[n], "o-", color=_colour(n), ms=3)
             axis.axvline(slices.start[n], color=START, ls="--", lw=1, label="start")
             axis.axvline(slices.values[n, slices.values.shape[1] // 2], color=BEST, lw=1, label="tuned")
-            axis.set(xlabel=labels[n], ylabel=what, xscale=_scale(problem, n))
+            axis.set(xlabel=labels[n], ylabel=what, xscale=_ratio_scale(slices.values[n]))
         axes[row, 0].legend(fontsize=8)
-        if not np.isfinite(values).any():
-            for axis in axes[row]:
-                axis.set_visible(False)
-    title = "Through the tuned point, one parameter changed; means over the training worlds"
+    title = "One parameter changed from the tuned point; means over the training worlds"
     return _finished(figure, list(axes.flat), title, steps=False)
 
 
 def map_figure(slices: Slices, problem: Problem) -> Figure:
     """Loss and exact score over the two parameters along whose slices the loss changes most."""
-    figure = new_figure(11.0, 4.6)
-    axes = figure.subplots(1, 2)
-    labels, (i, k) = _parameter_labels(problem), slices.pair
-    for axis, values, what in zip(
-        axes, (slices.map_loss, slices.map_score), ("loss [1]", "sound score [1]"), strict=True
-    ):
+    panels = _known((slices.map_loss, "loss [1]"), (slices.map_score, "sound score [1]"))
+    figure = new_figure(5.6 * len(panels) + 0.8, 4.6)
+    axes = as_row(figure.subplots(1, len(panels), squeeze=False))
+    labels, (i, k), middle = _parameter_labels(problem), slices.pair, slices.sides.shape[1] // 2
+    for axis, (values, what) in zip(axes, panels, strict=True):
         low, high = finite_range(values)
         shown = axis.pcolormesh(*slices.sides, values.T, cmap=COLOUR_MAP, vmin=low, vmax=high, shading="nearest")
         figure.colorbar(shown, ax=axis, label=what)
         axis.plot(slices.start[i], slices.start[k], "o", color=START, mec="white", label="start")
-        middle = slices.sides.shape[1] // 2
         axis.plot(*slices.sides[:, middle], "*", color="white", mec=TEXT, ms=12, label="tuned")
-        axis.set(xlabel=labels[i], ylabel=labels[k], xscale=_scale(problem, i), yscale=_scale(problem, k))
-        axis.set_visible(bool(np.isfinite(values).any()))
+        scales = [_ratio_scale(side) for side in slices.sides]
+        axis.set(xlabel=labels[i], ylabel=labels[k], xscale=scales[0], yscale=scales[1])
     axes[0].legend(fontsize=8)
-    return _finished(figure, list(axes), "Over two parameters, the others tuned", steps=False)
+    title = "Two parameters changed, those that the loss feels most; means over the training worlds"
+    return _finished(figure, list(axes), title, steps=False)
+
+
+def _known(*panels: tuple[NDArray, str]) -> list[tuple[NDArray, str]]:
+    """The first panel, and those with any finite value."""
+    return [panel for k, panel in enumerate(panels) if k == 0 or np.isfinite(panel[0]).any()]
 
 
 def _parameter_labels(problem: Problem) -> list[str]:
@@ -143,6 +144,10 @@ def _parameter_labels(problem: Problem) -> list[str]:
 def _scale(problem: Problem, n: int) -> str:
     bounds = problem.chosen.bounds[n]
     return "log" if bounds.low > 0 and bounds.high > 10 * bounds.low else "linear"
+
+
+def _ratio_scale(x: NDArray) -> str:
+    return "log" if x[0] > 0 and x[-1] > 10 * x[0] else "linear"
 
 
 def _finished(figure: Figure, axes: list, title: str, steps: bool = True) -> Figure:
