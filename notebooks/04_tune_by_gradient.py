@@ -37,10 +37,10 @@ from hrcjax.field import GridLayout
 from hrcjax.lab.compiled import keep_compiled
 from hrcjax.map import MapLayout
 from hrcjax.numerics import unrolled_options
-from hrcjax.plan import ArmPlanSizes
+from hrcjax.plan import PathParams, PlanSizes
 from hrcjax.presence import VoxelLayout
 from hrcjax.sense.rig import cell_rig
-from hrcjax.sim import arm_planner, episode, make_world
+from hrcjax.sim import Params, episode, make_world, potential_planner
 from hrcjax.sim.survey import SenseParams
 from hrcjax.tune import choose, initial_tuning, parse_losses, tune_step, values_and_gradients
 from hrcjax.viz import Obstacles, PathLine, plan_view
@@ -53,13 +53,13 @@ begin = time.monotonic()
 # ## A short episode
 #
 # The scene of the Robotica paper and 4 seconds, in which a slow arm does not arrive. A person reaches in. Sensing is at twice the
-# usual spacing and the planner looks less long, to be quick.
+# usual spacing, and the planner is the paper's, of the tool alone, to be quick.
 
 # %%
 cell = replace(
     make_cell(),
     ticks=500,
-    plan=arm_planner(ArmPlanSizes(samples=24, iterations=6, polish=4, guesses=3, waypoints=24, descent=60)),
+    plan=potential_planner(PlanSizes(steps=60, waypoints=24, iterations=8)),
     moving_points=256,
     obstacles=4,
     layout=MapLayout((-2.0, -2.0, 0.0), (20, 20, 7), 0.05, capacity=256, levels=3, seen=256, born=128, refitted=64),
@@ -80,7 +80,7 @@ print(f"a world after {time.monotonic() - begin:.0f} s")
 
 # %%
 STARTS, STEPS, EVERY = 9, 16, 20
-named = NamedCell(cell)
+named = NamedCell(cell, Params(plan=PathParams()))
 chosen = choose(
     ["K_att=0.01:0.2", "K_rep=1e-6:1e-3", "zeta=1.2:5"], named.params, named.known_aliases(), named.known_domains()
 )

@@ -109,7 +109,7 @@ def slices_figure(slices: Slices, problem: Problem) -> Figure:
             axis.axvline(slices.values[n, slices.values.shape[1] // 2], color=BEST, lw=1, label="tuned")
             axis.set(xlabel=labels[n], ylabel=what, xscale=_ratio_scale(slices.values[n]))
         axes[row, 0].legend(fontsize=8)
-    title = "One parameter changed from the tuned point; means over the training worlds"
+    title = "One parameter changed, the others tuned"
     return _finished(figure, list(axes.flat), title, steps=False)
 
 
@@ -128,7 +128,7 @@ def map_figure(slices: Slices, problem: Problem) -> Figure:
         scales = [_ratio_scale(side) for side in slices.sides]
         axis.set(xlabel=labels[i], ylabel=labels[k], xscale=scales[0], yscale=scales[1])
     axes[0].legend(fontsize=8)
-    title = "Two parameters changed, those that the loss feels most; means over the training worlds"
+    title = "Two parameters changed, the others tuned"
     return _finished(figure, list(axes), title, steps=False)
 
 
