@@ -146,8 +146,7 @@ lines = [
     PathLine(paths[0, 0], "before", "#d0702e", dashed=True),
     PathLine(paths[step, best], "after"),
 ]
-real = np.asarray(scene.mask)
-solids = Obstacles(*(np.asarray(a)[real] for a in (scene.kind, scene.center, scene.size, scene.yaw)))
+solids = Obstacles(*(np.asarray(a) for a in (scene.kind, scene.center, scene.size, scene.yaw, scene.mask)))
 figure, _ = plan_view(lines, solids, start=np.asarray(scene.start), goal=np.asarray(scene.goal), title="From above")
 display(figure)
 
