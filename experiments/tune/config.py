@@ -47,7 +47,7 @@ class TuneConfig:
     frozen: tuple[str, ...] = ()
     """Parameters that are left out of those chosen."""
     loss: tuple[str, ...] = ("sound=1", "progress=0.5")
-    """Terms of the loss: NAME=WEIGHT; sound, progress, time, clearance, separation, excess_speed, jerk, effort, energy, or MODULE:FUNCTION of (params, cell, world, episode)."""
+    """Terms of the loss: NAME=WEIGHT; sound, progress, time, clearance, separation, excess_speed, jerk, effort, energy, of the field alone evidence, leave_one_out, or MODULE:FUNCTION of (params, cell, world, episode)."""
     scenes: tuple[str, ...] = ("robotica",)
     """Training scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     people: tuple[str, ...] = ("reach_in", "pass_by")
@@ -75,7 +75,7 @@ class TuneConfig:
     every: int = 5
     """Steps between two checkpoints and two rows."""
     quick: bool = False
-    """At most 3 steps, one world to train and one held out, one start, and an episode of 3 s: does it run?"""
+    """At most 3 steps, one world to train and one held out, one start, an episode of 3 s, no slices: does it run?"""
     start_from: Annotated[str, tyro.conf.arg(name="from")] = ""
     """Folder of another run, its tuned.toml, or the name of a shipped file (configs/tuned): its parameters in place of the defaults."""
     out: Path | None = None
@@ -84,6 +84,8 @@ class TuneConfig:
     """Output file {section: {row: {value, unit}}}; other sections in it are kept."""
     figures: bool = True
     """Draw figures into the folder at the end."""
+    slices: int = 4
+    """With figures: slices of loss and score through the tuned point, for up to this many parameters; 0: none."""
     overwrite: bool = False
     """Replace another run in the folder."""
     list: bool = False
@@ -95,7 +97,7 @@ def reduced(config: TuneConfig) -> TuneConfig:
     return replace(
         config, steps=min(config.steps, 3), scenes=config.scenes[:1], people=config.people[:1], seeds=config.seeds[:1], starts=1,
         held_out_scenes=config.held_out_scenes[:1], held_out_people=config.held_out_people[:1],
-        held_out_seeds=config.held_out_seeds[:1], batch=1, every=1,
+        held_out_seeds=config.held_out_seeds[:1], batch=1, every=1, slices=0,
     )  # fmt: skip
 
 

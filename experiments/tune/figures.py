@@ -1,4 +1,4 @@
-"""Figures of a tuning: losses, parameters, gradients, before and after."""
+"""Figures of a tuning: losses, parameters, gradients, slices, before and after."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,10 +8,25 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hrcjax.lab.atomic import replace_file
-from hrcjax.viz.style import BEST, GRID, KNOB_COLOURS, TEXT, WORST, as_row, heading, new_figure, tidy
+from hrcjax.viz.style import (
+    BEST,
+    COLOUR_MAP,
+    GRID,
+    KNOB_COLOURS,
+    START,
+    TEXT,
+    WORST,
+    as_row,
+    finite_range,
+    heading,
+    label,
+    new_figure,
+    tidy,
+)  # fmt: skip
 
 from .optimiser import History
 from .problem import Problem
+from .slices import Slices, parameter_units
 
 COLUMNS = 3
 
@@ -46,12 +61,10 @@ def losses_figure(history: History, problem: Problem, best: int) -> Figure:
 def parameters_figure(history: History, problem: Problem, best: int) -> Figure:
     """Every parameter by step, of every start."""
     figure, axes = _grid(len(problem.chosen.names))
-    for n, (name, bounds) in enumerate(zip(problem.chosen.names, problem.chosen.bounds, strict=True)):
+    for n, name in enumerate(problem.chosen.names):
         for k in range(history["values"].shape[1]):
             axes[n].plot(history["values"][:, k, n], color=BEST if k == best else GRID, lw=2 if k == best else 1)
-        if bounds.low > 0 and bounds.high > 10 * bounds.low:
-            axes[n].set_yscale("log")
-        axes[n].set(ylabel=name)
+        axes[n].set(ylabel=name, yscale=_scale(problem, n))
     return _finished(figure, axes, "Parameters, the chosen start in blue")
 
 
@@ -83,6 +96,60 @@ def before_after_figure(metrics: Mapping[str, Mapping[str, NDArray]], problem: P
     return _finished(figure, axes, "Before and after, a point each world", steps=False)
 
 
+def slices_figure(slices: Slices, problem: Problem) -> Figure:
+    """Loss and exact score along each parameter alone, the start and the tuned value marked."""
+    count, rows = len(problem.chosen.names), _known((slices.loss, "loss [1]"), (slices.score, "sound score [1]"))
+    figure = new_figure(4.0 * max(count, 2), 2.8 * len(rows) + 0.4)
+    axes = figure.subplots(len(rows), count, squeeze=False)
+    labels = _parameter_labels(problem)
+    for row, (values, what) in enumerate(rows):
+        for n, axis in enumerate(axes[row]):
+            axis.plot(slices.values[n], values[n], "o-", color=_colour(n), ms=3)
+            axis.axvline(slices.start[n], color=START, ls="--", lw=1, label="start")
+            axis.axvline(slices.values[n, slices.values.shape[1] // 2], color=BEST, lw=1, label="tuned")
+            axis.set(xlabel=labels[n], ylabel=what, xscale=_ratio_scale(slices.values[n]))
+        axes[row, 0].legend(fontsize=8)
+    title = "One parameter changed, the others tuned"
+    return _finished(figure, list(axes.flat), title, steps=False)
+
+
+def map_figure(slices: Slices, problem: Problem) -> Figure:
+    """Loss and exact score over the two parameters along whose slices the loss changes most."""
+    panels = _known((slices.map_loss, "loss [1]"), (slices.map_score, "sound score [1]"))
+    figure = new_figure(5.6 * len(panels) + 0.8, 4.6)
+    axes = as_row(figure.subplots(1, len(panels), squeeze=False))
+    labels, (i, k), middle = _parameter_labels(problem), slices.pair, slices.sides.shape[1] // 2
+    for axis, (values, what) in zip(axes, panels, strict=True):
+        low, high = finite_range(values)
+        shown = axis.pcolormesh(*slices.sides, values.T, cmap=COLOUR_MAP, vmin=low, vmax=high, shading="nearest")
+        figure.colorbar(shown, ax=axis, label=what)
+        axis.plot(slices.start[i], slices.start[k], "o", color=START, mec="white", label="start")
+        axis.plot(*slices.sides[:, middle], "*", color="white", mec=TEXT, ms=12, label="tuned")
+        scales = [_ratio_scale(side) for side in slices.sides]
+        axis.set(xlabel=labels[i], ylabel=labels[k], xscale=scales[0], yscale=scales[1])
+    axes[0].legend(fontsize=8)
+    title = "Two parameters changed, the others tuned"
+    return _finished(figure, list(axes), title, steps=False)
+
+
+def _known(*panels: tuple[NDArray, str]) -> list[tuple[NDArray, str]]:
+    """The first panel, and those with any finite value."""
+    return [panel for k, panel in enumerate(panels) if k == 0 or np.isfinite(panel[0]).any()]
+
+
+def _parameter_labels(problem: Problem) -> list[str]:
+    return [label(name, unit) for name, unit in zip(problem.chosen.names, parameter_units(problem), strict=True)]
+
+
+def _scale(problem: Problem, n: int) -> str:
+    bounds = problem.chosen.bounds[n]
+    return "log" if bounds.low > 0 and bounds.high > 10 * bounds.low else "linear"
+
+
+def _ratio_scale(x: NDArray) -> str:
+    return "log" if x[0] > 0 and x[-1] > 10 * x[0] else "linear"
+
+
 def _finished(figure: Figure, axes: list, title: str, steps: bool = True) -> Figure:
     for axis in axes:
         if steps:
@@ -94,7 +161,12 @@ def _finished(figure: Figure, axes: list, title: str, steps: bool = True) -> Fig
 
 
 def draw(
-    folder: Path, history: History, metrics: Mapping[str, Mapping[str, NDArray]], problem: Problem, best: int
+    folder: Path,
+    history: History,
+    metrics: Mapping[str, Mapping[str, NDArray]],
+    problem: Problem,
+    best: int,
+    slices: Slices | None = None,
 ) -> None:
     """All figures as PNG files."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -105,5 +177,9 @@ def draw(
             "parameters": parameters_figure(history, problem, best),
             "gradients": gradients_figure(history),
         }
+    if slices is not None:
+        made["slices"] = slices_figure(slices, problem)
+        if slices.map_loss.size:
+            made["map"] = map_figure(slices, problem)
     for name, figure in made.items():
         replace_file(folder / f"{name}.png", lambda path, f=figure: f.savefig(path, dpi=120, format="png"))

@@ -35,16 +35,17 @@ from .optimiser import Checkpoints, optimiser_versions
 from .overlap import digests, not_new
 from .problem import Problem, closed_loop, named_cell, world_names
 from .report import above, felt_text, table, values_table
+from .slices import make_slices, slices_text
 
-NO_RESULT = ("config", "steps", "every", "start_from", "out", "json", "figures", "overwrite", "list")
+NO_RESULT = ("config", "steps", "every", "start_from", "out", "json", "figures", "slices", "overwrite", "list")
 """Options that do not change the steps, or whose effect is in the identity elsewhere."""
-AFTERWARDS = ("report.py", "figures.py", "live.py", "overlap.py", "config.py", "run.py", "__main__.py")
+AFTERWARDS = ("report.py", "figures.py", "live.py", "overlap.py", "slices.py", "config.py", "run.py", "__main__.py")
 """Files that do not decide the steps."""
 
 
 def check(config: TuneConfig) -> None:
     """Refuses options before anything is computed."""
-    for option, least in (("steps", 0), ("batch", 1), ("starts", 1), ("every", 1), ("seed", 0)):
+    for option, least in (("steps", 0), ("batch", 1), ("starts", 1), ("every", 1), ("seed", 0), ("slices", 0)):
         if getattr(config, option) < least:
             raise UsageError(f"--{option} {getattr(config, option)}: accepted is {least} or more")
     for option in ("rate", "clip"):
@@ -174,11 +175,14 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
     write_bytes(folder / "rows.json", (json.dumps(rows, indent=1) + "\n").encode())
     if config.json:
         write_bytes(config.json, (json.dumps(read_results(config.json) | rows, indent=1) + "\n").encode())
+    slices = make_slices(judge, *pair) if config.figures and len(problem.chosen.names) <= config.slices else None
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted
 
-        draw(folder / FIGURES, history, metrics, problem, max(int(where[place]) - 1, 0) % config.starts)
+        draw(folder / FIGURES, history, metrics, problem, max(int(where[place]) - 1, 0) % config.starts, slices)
     print("\n" + values_table(problem, start, after) + "\n\n" + table(sections, problem) + "\n")
+    if slices is not None:
+        print(slices_text(slices, problem) + "\n")
     if place == 0 and config.steps:
         print("No start became better than the parameters at the start over all training worlds: these are kept.")
     if tuner.calls:

@@ -47,7 +47,7 @@ class GPField(eqx.Module):
     """False: all weights are known to be positive, and the care that negative ones need is left out."""
 
 
-def _gram(cloud: Cloud, length_scale: Array, kernel: Kernel) -> Float[Array, "point point"]:
+def gram(cloud: Cloud, length_scale: Array, kernel: Kernel) -> Float[Array, "point point"]:
     """Covariances of the points that exist; 0 in the rows and columns of the others."""
     p = [cloud.points[:, i] for i in range(3)]
     r2 = sum((c[:, None] - c[None, :]) ** 2 for c in p)
@@ -98,7 +98,7 @@ def fit(
     _check(cloud)
     length_scale = jnp.asarray(params.length_scale, cloud.points.dtype)
     s2 = jnp.asarray(params.noise, cloud.points.dtype) ** 2
-    total = s2 + jnp.sum(_gram(cloud, length_scale, kernel), axis=1)
+    total = s2 + jnp.sum(gram(cloud, length_scale, kernel), axis=1)
     weights = jnp.where(cloud.mask, 1.0 / jnp.where(cloud.mask, total, 1.0), 0.0)
     spoilt = jnp.any(cloud.mask & ~jnp.all(jnp.isfinite(cloud.points), axis=-1))
     weights = jnp.where(spoilt, jnp.nan, weights)
@@ -123,7 +123,7 @@ def fit_exact(
     lumped = fit(cloud, params, kernel)
     dtype = cloud.points.dtype
     diagonal = jnp.where(cloud.mask, jnp.asarray(params.noise, dtype) ** 2, 1.0)
-    K = _gram(cloud, lumped.length_scale, kernel) + jnp.diag(diagonal)
+    K = gram(cloud, lumped.length_scale, kernel) + jnp.diag(diagonal)
     target = cloud.mask.astype(dtype)
 
     def solve(K: Array) -> Array:

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.sim import Cell, Params, World, episode
 from hrcjax.tune import losses
+from hrcjax.tune.evidence import evidence, leave_one_out
 from hrcjax.tune.losses import LossFn
 from hrcjax.tune.sound_loss import sound
 from hrcjax.typing import Array, Float
@@ -34,10 +35,12 @@ class Loss:
     """One line."""
     of: LossFn
     """The function."""
+    of_episode: bool = True
+    """False: it reads no episode, and gets None where no other loss needs one."""
 
 
-def _loss(name: str, unit: str, of: LossFn) -> Loss:
-    return Loss(name, unit, first_sentence(of), of)
+def _loss(name: str, unit: str, of: LossFn, of_episode: bool = True) -> Loss:
+    return Loss(name, unit, first_sentence(of), of, of_episode)
 
 
 def first_sentence(of: LossFn) -> str:
@@ -57,6 +60,8 @@ LOSSES = {
         _loss("jerk", "m^2/s^6", losses.jerk),
         _loss("effort", "rad^2/s^4", losses.effort),
         _loss("energy", "J", losses.energy),
+        _loss("evidence", "1", evidence, of_episode=False),
+        _loss("leave_one_out", "1", leave_one_out, of_episode=False),
     )
 }
 
@@ -107,10 +112,11 @@ def parse_losses(words: Sequence[str]) -> tuple[tuple[Loss, ...], tuple[float, .
 
 
 def episode_terms(cell: Cell, chosen: Sequence[Loss]) -> TermsFn:
-    """The terms as a function of parameters and world: one episode, read by every loss."""
+    """The terms as a function of parameters and world: one episode, read by every loss; none is traced if no loss reads one."""
+    needed = any(loss.of_episode for loss in chosen)
 
     def terms(params: Params, world: World) -> Float[Array, "term"]:
-        run = episode(params, cell, world, cell.field.fit(params.field, world.frames))
+        run: Any = episode(params, cell, world, cell.field.fit(params.field, world.frames)) if needed else None
         return jnp.stack([jnp.asarray(loss.of(params, cell, world, run), world.q_start.dtype) for loss in chosen])
 
     return terms

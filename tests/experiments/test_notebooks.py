@@ -36,3 +36,9 @@ def test_what_the_knobs_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     run = make_run(tmp_path / "r", "--grid", "K_att=log:0.01:0.1:3", "K_rep=lin:0.1:1:3", "zeta=2,4")
     monkeypatch.setenv("HRCJAX_RUN", str(run))
     assert images_of("03_what_the_knobs_do.py") == 4
+
+
+@pytest.mark.slow
+def test_tune_by_gradient() -> None:
+    pytest.importorskip("optax")
+    assert images_of("04_tune_by_gradient.py") == 3

@@ -23,13 +23,14 @@ pytest.importorskip("orbax.checkpoint")
 from experiments.tune import optimiser
 from experiments.tune import run as program
 from experiments.tune.config import TuneConfig, parse
-from experiments.tune.judge import comparison, interval
+from experiments.tune.judge import Judge, comparison, interval
 from experiments.tune.live import LiveTable
 from experiments.tune.loop import Tuner
 from experiments.tune.optimiser import Checkpoints
 from experiments.tune.overlap import digests, not_new
 from experiments.tune.problem import Problem, named_cell, world_names
 from experiments.tune.report import felt_text
+from experiments.tune.slices import most_felt
 from hrcjax.lab.errors import UsageError
 from hrcjax.tune import LOSSES, choose
 from hrcjax.tune.tuned import read_training, read_tuned
@@ -137,7 +138,9 @@ def test_finds_the_optimum_and_tells_it(tmp_path: Path, capsys) -> None:
         assert row["loss after"] < 0.01 < row["loss before"]
         assert row["loss low"] <= row["loss change"] <= row["loss high"] < 0
     drawn = {path.name for path in (tmp_path / "run/figures").iterdir()}
-    assert drawn == {"losses.png", "parameters.png", "gradients.png", "before_after.png"}
+    assert drawn == {"losses.png", "parameters.png", "gradients.png", "before_after.png", "slices.png", "map.png"}
+    assert "Loss along each parameter alone" in said
+    slices_lie_about(tmp_path / "run", expected)
 
     after = replace(CONFIG, steps=0, out=tmp_path / "next", start_from=str(tmp_path / "run"))
     assert program.run(after, build) == 0
@@ -245,6 +248,40 @@ def test_parts_of_worlds_are_compared_by_their_arrays() -> None:
     )
     assert not_new(held, {"x": seen["c"]}, {"d": seen["d"]}).startswith("c (scene and people as in training")
     assert not_new({"d": seen["d"]}, {}, {}) == ""
+
+
+def slices_lie_about(folder: Path, optimum: dict[str, float]) -> None:
+    """The least point of every slice, and of the map, is the optimum that is known; the loss there is the sum of squares."""
+    with np.load(folder / "cases/slices.npz") as found:
+        values, loss, sides, over = (found[name] for name in ("values", "loss", "sides", "map_loss"))
+        start, pair = found["start"], found["pair"]
+    begun = named_cell(CONFIG).params.potential
+    np.testing.assert_allclose(start, [begun.k_att, begun.zeta], rtol=1e-5)
+    for n, name in enumerate(OPTIMUM):
+        assert np.argmin(loss[n]) == 5 and values[n, 5] == pytest.approx(optimum[name], rel=2e-3)
+        assert values[n, 0] < start[n] < values[n, -1] and (np.diff(values[n]) > 0).all()
+        away = np.log(values[n] / optimum[name]) ** 2
+        np.testing.assert_allclose(loss[n] - loss[n, 5], away - away[5], atol=1e-5)
+    np.testing.assert_array_equal(pair, np.argsort(-np.ptp(loss, axis=1)))
+    assert np.unravel_index(np.argmin(over), over.shape) == (4, 4) and over[4, 4] == pytest.approx(loss[0, 5])
+    names = list(OPTIMUM)
+    first, second = (np.log(sides[k] / optimum[names[pair[k]]]) ** 2 for k in range(2))
+    np.testing.assert_allclose(over - over[4, 4], first[:, None] + second, atol=1e-5)
+
+
+def test_slices_are_of_few_parameters_and_kept(tmp_path: Path, monkeypatch) -> None:
+    """None for more parameters than --slices; a second run measures nothing again."""
+    config = replace(CONFIG, steps=1, starts=1, figures=True, out=tmp_path / "run")
+    program.run(replace(config, slices=1), build)
+    assert not (tmp_path / "run/cases/slices.npz").exists()
+    program.run(config, build)
+    monkeypatch.setattr(Judge, "_measure", property(lambda self: pytest.fail("measured again")))
+    program.run(config, build)
+
+
+def test_the_slices_that_matter_come_first() -> None:
+    loss = np.array([[1.0, 1.1, 1.0], [np.nan, 2.0, 5.0], [np.nan, np.nan, np.nan], [1.0, 2.0, 1.0]])
+    assert most_felt(loss).tolist() == [1, 3] and most_felt(loss[:1]).tolist() == [0, 0]
 
 
 def test_not_finite_is_counted_and_said(tmp_path: Path, capsys) -> None:
