@@ -44,7 +44,7 @@ def _front_of_one(rows: Float[np.ndarray, "n 1"]) -> Bool[np.ndarray, "n"]:
 
 def _front_of_two(rows: Float[np.ndarray, "n 2"]) -> Bool[np.ndarray, "n"]:
     """The front of different rows in order: those whose second value is below all before."""
-    return rows[:, 1] < np.concatenate([[np.inf], np.minimum.accumulate(rows[:, 1])[:-1]])
+    return np.asarray(rows[:, 1] < np.concatenate([[np.inf], np.minimum.accumulate(rows[:, 1])[:-1]]))
 
 
 def _front_of_three(rows: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
@@ -101,4 +101,4 @@ def _beaten(
     worse = np.ones((len(rows), len(others)), bool) if counted is None else counted.copy()
     for column in range(rows.shape[1]):
         worse &= rows[:, column, None] >= others[None, :, column]
-    return worse.any(axis=1)
+    return np.asarray(worse.any(axis=1))
