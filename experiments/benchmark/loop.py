@@ -29,10 +29,10 @@ from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
 from hrcjax.cells import build_world, make_cell
 from hrcjax.numerics import unrolled_options
 from hrcjax.sim import Cell, Fields, Params, World, fit_fields, follow
-from hrcjax.sim.tick import Sensed, initial_state
+from hrcjax.sim.tick import initial_state
 
 from .sweep import TICKS, _paths, _routes
-from .tick_parts import PARTS, Part, Setting, Values, apart, at_each_tick, sensed_over_time
+from .tick_parts import PARTS, Part, Seen, Setting, Values, apart, sensed_over_time
 
 MATRIX = 1024
 MOST = 50
@@ -48,26 +48,25 @@ def total(values: Any) -> jax.Array:
     return reduce(jnp.add, (jnp.sum(leaf.astype(jnp.float32)) for leaf in jax.tree.leaves(values)))
 
 
-def scan_apart(cell: Cell, setting: Setting, sensed: Sensed, q: jax.Array) -> Values:
+def scan_apart(cell: Cell, setting: Setting, seen: Seen, q: jax.Array) -> Values:
     """All values of all ticks of one setting, by the tick taken apart."""
-    whole, at = at_each_tick(sensed)
-    return jax.lax.scan(lambda state, now: apart(cell, setting, at(now), state), initial_state(cell, q), whole)[1]
+    start = initial_state(cell, q)
+    return jax.lax.scan(lambda state, now: apart(cell, setting, seen.at(now), state), start, seen.ticks)[1]
 
 
-def scan_part(cell: Cell, part: Part, kept: bool, setting: Setting, sensed: Sensed, values: Values) -> Any:
+def scan_part(cell: Cell, part: Part, kept: bool, setting: Setting, seen: Seen, values: Values) -> Any:
     """One part at every tick: what it gives, or the sum of it.
 
     Args:
         kept: give every tick's values instead of their sum.
         values: what the part reads, tick by tick.
     """
-    whole, at = at_each_tick(sensed)
 
     def one(count: jax.Array, now: Any) -> tuple[jax.Array, Any]:
-        given = part.run(cell, setting, at(now[0]), now[1])
+        given = part.run(cell, setting, seen.at(now[0]), now[1])
         return (count, given) if kept else (count + total(given), None)
 
-    count, given = jax.lax.scan(one, jnp.zeros((), jnp.float32), (whole, values))
+    count, given = jax.lax.scan(one, jnp.zeros((), jnp.float32), (seen.ticks, values))
     return given if kept else count
 
 
@@ -153,37 +152,35 @@ def programs(cell: Cell, world: World, paths: np.ndarray) -> tuple[dict[str, Any
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), Params())
     fields: Fields = jax.jit(fit_fields)(params.field, world.frames)
     setting = Setting(params, _routes(cell, world, paths))
-    sensed = jax.jit(lambda world, fields: sensed_over_time(cell, world.frames, fields, world.q_start))(world, fields)
+    seen = jax.jit(lambda world, fields: sensed_over_time(cell, world.frames, fields, world.q_start))(world, fields)
 
     def whole(setting: Setting, world: World, fields: Fields) -> Any:
         return follow(setting.params, cell, setting.route, world.frames, world.q_start, fields)[1]
 
     found = {"whole": built(jax.vmap(whole, (AXES, None, None)), setting, world, fields)}
-    every = jax.vmap(lambda s, sensed, q: scan_apart(cell, s, sensed, q), (AXES, None, None), 1)
-    values = built(every, setting, sensed, world.q_start)[0]()
+    every = jax.vmap(lambda s, seen, q: scan_apart(cell, s, seen, q), (AXES, None, None), 1)
+    values = built(every, setting, seen, world.q_start)[0]()
     tool = np.asarray(values["record"].tool).swapaxes(0, 1)
     difference = float(np.max(np.linalg.norm(tool - np.asarray(found["whole"][0]().tool), axis=-1)))
     for name, part in PARTS.items():
-        one = lambda s, sensed, v, part=part, name=name: scan_part(cell, part, name == "record", s, sensed, v)  # noqa: E731
+        one = lambda s, seen, v, part=part, name=name: scan_part(cell, part, name == "record", s, seen, v)  # noqa: E731
         needs = {value: values[value] for value in part.needs}
-        found[name] = built(jax.vmap(one, (AXES, None, 1)), setting, sensed, needs)
+        found[name] = built(jax.vmap(one, (AXES, None, 1)), setting, seen, needs)
         if name == "record":
-            twice = jax.jit(jax.vmap(one, (AXES, None, 1))).lower(setting, *twice_as_long(sensed, needs))
+            twice = jax.jit(jax.vmap(one, (AXES, None, 1))).lower(setting, *twice_as_long(seen, needs))
             all_ticks = cost(twice.compile(unrolled_options())) - found[name][1]
             for writes in ("record", "whole"):
                 found[writes] = (found[writes][0], found[writes][1] - all_ticks, found[writes][2])
     return found, difference
 
 
-def twice_as_long(sensed: Sensed, values: Values) -> tuple[Sensed, Values]:
+def twice_as_long(seen: Seen, values: Values) -> tuple[Seen, Values]:
     """The shapes of inputs of twice as many ticks: what the compiler counts with their number is not done at every tick."""
 
     def longer(tree: Any) -> Any:
         return jax.tree.map(lambda a: jax.ShapeDtypeStruct((2 * a.shape[0], *a.shape[1:]), a.dtype), tree)
 
-    static = sensed.fields.static
-    rest = (longer(part) for part in (sensed.age, sensed.valid, sensed.guarded, sensed.faults))
-    return Sensed(Fields(static, longer(sensed.fields.moving)), *rest), longer(values)
+    return Seen(seen.static, longer(seen.ticks)), longer(values)
 
 
 def run(repeat: int = 5, ticks: int = TICKS, settings: int | None = None) -> dict[str, dict[str, Any]]:

@@ -50,6 +50,19 @@ class Setting(eqx.Module):
     """The reference motion."""
 
 
+class Seen(eqx.Module):
+    """What is sensed at all ticks."""
+
+    static: Any
+    """The field of what stands, once."""
+    ticks: tuple[Any, ...]
+    """Fields of what moves, age, validity, guard and faults, with an axis of time: what a scan slices."""
+
+    def at(self, now: tuple[Any, ...]) -> Sensed:
+        """What is sensed at one tick, by its slice of `ticks`."""
+        return Sensed(Fields(self.static, now[0]), *now[1:])
+
+
 @dataclass(frozen=True)
 class Part:
     """A part of the tick."""
@@ -176,8 +189,8 @@ def apart(cell: Cell, setting: Setting, sensed: Sensed, state: TickState) -> tup
     return TickState(values["moved"], values["guidance"].clock, values["next_memory"]), values
 
 
-def sensed_over_time(cell: Cell, frames: Frames, fields: Fields, q: jax.Array) -> Sensed:
-    """What is sensed at every tick, as `hrcjax.sim.follow` reads it; the map of what stands once, without an axis of time.
+def sensed_over_time(cell: Cell, frames: Frames, fields: Fields, q: jax.Array) -> Seen:
+    """What is sensed at every tick, as `hrcjax.sim.follow` reads it.
 
     Args:
         q: any array of the wanted dtype.
@@ -185,16 +198,7 @@ def sensed_over_time(cell: Cell, frames: Frames, fields: Fields, q: jax.Array) -
     exposed = jnp.asarray(cell.times - cell.latency, q.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
     latest, _ = newest_frame(frames.stamp, jnp.ones_like(frames.valid), exposed)
-    return Sensed(
-        Fields(fields.static, jax.tree.map(lambda a: a[index], fields.moving)),
-        age + cell.latency,
-        jnp.broadcast_to(~frames.static_overflow, index.shape),
-        frames.guarded[index] | frames.guarded[latest],
-        pack_cameras(frames.reasons[latest]),
-    )
-
-
-def at_each_tick(sensed: Sensed) -> tuple[Any, Callable[[Any], Sensed]]:
-    """The parts of `sensed_over_time` that a scan slices, and how a slice becomes what is sensed at a tick."""
-    whole = (sensed.fields.moving, sensed.age, sensed.valid, sensed.guarded, sensed.faults)
-    return whole, lambda now: Sensed(Fields(sensed.fields.static, now[0]), *now[1:])
+    moving = jax.tree.map(lambda a: a[index], fields.moving)
+    valid = jnp.broadcast_to(~frames.static_overflow, index.shape)
+    guarded = frames.guarded[index] | frames.guarded[latest]
+    return Seen(fields.static, (moving, age + cell.latency, valid, guarded, pack_cameras(frames.reasons[latest])))
