@@ -24,7 +24,6 @@ def pareto_mask(values: Float[np.ndarray, "n k"], better: Sequence[str]) -> Bool
     if len(better) != values.shape[1] or any(side not in ("low", "high") for side in better):
         raise ValueError(f"better is {list(better)!r}; accepted: 'low' or 'high' for each of {values.shape[1]} columns")
     cost = np.asarray(values, float) * np.array([1.0 if side == "low" else -1.0 for side in better])
-    cost = cost + 0.0  # no -0, which is 0
     usable = np.flatnonzero(np.isfinite(cost).all(axis=1))
     front = np.zeros(len(cost), bool)
     if usable.size and cost.shape[1]:

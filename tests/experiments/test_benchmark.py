@@ -103,6 +103,10 @@ def test_a_section_that_fails_is_named_and_the_others_go_on(
     errors = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
     assert len(errors) == 1 and "section grad, 3 of 7, failed after" in errors[0] and errors[0].endswith(": too slow")
     assert set(json.loads(file.read_text())) == {*SECTIONS, "about"} - {"grad"}
+    file.write_text(json.dumps({"grad": ROWS, "arm": ROWS, "other": ROWS}))
+    assert main(["all", "--json", str(file), "--against", str(file)]) == 1
+    out = capsys.readouterr().out
+    assert "only before: grad (all rows), other (all rows)\n" in out, "old rows are not those of this run"
 
 
 def test_a_run_is_compared_with_the_file_that_it_overwrites(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
