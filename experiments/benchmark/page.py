@@ -7,6 +7,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from .about import ABOUT, sentence
+from .bars import BARS
+from .costliest import paragraph
+
 Row = Mapping[str, Any]
 
 INTRODUCTION = """# Benchmarks
@@ -18,33 +22,18 @@ this page. The page alone, from existing rows:
 python -m experiments.benchmark page --json docs/benchmarks.json --page docs/benchmarks.md
 ```
 
-Each section compares with a named peer, measured in the same process, without compile time. On a shared machine ratios vary by
-some 20 % from run to run. Rows without a target are for information.
+A run is compared with an earlier one, row by row, worst first, by `--against FILE`, or two files without measuring:
+
+```
+python -m experiments.benchmark compare --json NEW.json --against OLD.json
+```
+
+Peers are measured in the same process. Compile time stands apart, and no other row contains it. On a shared machine ratios vary
+by some 20 % from run to run. Rows without a target are for information.
 """
 MODULES = {"map": ("map", "map_queries")}
 """Section -> files whose docstrings describe it, if not only its own."""
 COMPARE: dict[str, Callable[[float, float], bool]] = {"<": operator.lt, "<=": operator.le, ">=": operator.ge}
-BARS = {
-    "arm": {
-        "ratio_to_mujoco_rollout": (">=", 4.0),
-        "ratio_to_mjx_step": (">=", 6.0),
-        "compile_s": ("<", 10.0),
-    },
-    "field": {
-        "value_ratio_to_exp": ("<=", 3.0),
-        "value_grad_ratio_to_exp": ("<=", 6.0),
-    },
-    "grad": {"ratio_to_forward": ("<=", 5.0), "compile_s": ("<", 60.0)},
-    "sweep": {"ratio_to_serial": (">=", 15.0)},
-    "map": {
-        "p95_ms": ("<", 33.0),
-        "growth_ratio": ("<=", 1.25),
-        "query_18_ms": ("<", 0.3),
-        "query_ratio_to_exp": ("<=", 4.0),
-    },
-    "scale": {"results_peak_mb": ("<", 2147.0), "figures_peak_mb": ("<", 2147.0)},
-}
-"""Section -> row -> target of its value."""
 
 
 def number(value: float) -> str:
@@ -61,18 +50,37 @@ def description(section: str) -> str:
     return "\n\n".join(text for text in texts if text)
 
 
-def section_page(section: str, rows: Mapping[str, Row]) -> str:
-    """A section: its description and the table of its rows."""
-    lines = [f"## {section}", "", *([description(section), ""] if description(section) else [])]
-    lines += ["| row | measured | unit | target | met |", "|---|---|---|---|---|"]
+def table(section: str, rows: Mapping[str, Row]) -> list[str]:
+    """Rows with their targets, as lines of Markdown."""
+    lines = ["| row | measured | unit | target | met |", "|---|---|---|---|---|"]
     for name, row in rows.items():
         value, (sign, bar) = float(row["value"]), BARS.get(section, {}).get(name, ("", 0.0))
         held = ("yes" if COMPARE[sign](value, bar) else "**no**") if sign else "-"
         limit = f"{sign} {bar:g}" if sign else "-"
         lines.append(f"| {name} | {number(value)} | {row['unit']} | {limit} | {held} |")
-    return "\n".join(lines) + "\n"
+    return lines
 
 
-def page(results: Mapping[str, Mapping[str, Row]]) -> str:
+def section_page(section: str, rows: Mapping[str, Row], known: Mapping[str, Any] | None = None) -> str:
+    """A section: its description, the table of its rows, and that of compile times.
+
+    Args:
+        known: the machine that it was measured on.
+    """
+    compiled = {name: row for name, row in rows.items() if "compile" in name}
+    run = {name: row for name, row in rows.items() if name not in compiled}
+    blocks = [f"## {section}", description(section), sentence(known)]
+    if run:
+        blocks.append("\n".join(table(section, run)))
+    if compiled:
+        blocks += ["Compile time:", "\n".join(table(section, compiled))]
+    if section == "loop":
+        blocks.append(paragraph(rows))
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def page(results: Mapping[str, Mapping[str, Any]]) -> str:
     """The whole page, as Markdown."""
-    return "\n".join([INTRODUCTION, *(section_page(section, rows) for section, rows in results.items())])
+    about = results.get(ABOUT, {})
+    sections = [section_page(name, rows, about.get(name)) for name, rows in results.items() if name != ABOUT]
+    return "\n".join([INTRODUCTION, *sections])

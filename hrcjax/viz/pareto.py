@@ -1,4 +1,4 @@
-"""The Pareto front of settings, and a figure of it."""
+"""The Pareto front of settings as a figure."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,32 +7,8 @@ from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hrcjax.viz.front import pareto_mask
 from hrcjax.viz.style import BEST, COLOUR_MAP, INFEASIBLE, WORST, as_row, finite_range, heading, label, new_figure, tidy
-
-
-def pareto_mask(values: Float[np.ndarray, "n k"], better: Sequence[str]) -> Bool[np.ndarray, "n"]:
-    """True for each row that no other row dominates (at least as good in every column and better in one).
-
-    Equal rows do not dominate each other. Rows with a value that is not finite are never on the front.
-
-    Args:
-        better: "low" or "high" for each column.
-
-    Raises:
-        ValueError: `better` does not match the columns.
-    """
-    if len(better) != values.shape[1] or any(side not in ("low", "high") for side in better):
-        raise ValueError(f"better is {list(better)!r}; accepted: 'low' or 'high' for each of {values.shape[1]} columns")
-    cost = np.asarray(values, float) * np.array([1.0 if side == "low" else -1.0 for side in better])
-    left = np.flatnonzero(np.isfinite(cost).all(axis=1))
-    left = left[np.lexsort(cost[left].T[::-1])]  # by the first column, then the second, ...
-    front = np.zeros(len(cost), bool)
-    while left.size:
-        row = cost[left[0]]
-        worse = np.all(cost[left] >= row, axis=1) & np.any(cost[left] > row, axis=1)
-        front[left[0]] = True  # a dominating row precedes in this order
-        left = left[1:][~worse[1:]]
-    return front
 
 
 def pareto_figure(

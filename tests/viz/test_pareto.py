@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.colors import to_hex
 
-from hrcjax.viz.pareto import pareto_figure, pareto_mask
+from hrcjax.viz.front import pareto_mask
+from hrcjax.viz.pareto import pareto_figure
 from hrcjax.viz.style import INFEASIBLE
 
 NAMES = ["length", "bending_energy", "clearance"]
@@ -20,13 +21,35 @@ def by_definition(values: np.ndarray, better: tuple[str, ...]) -> list[bool]:
     return [all(np.isfinite(b)) and not any(all(np.isfinite(a)) and beats(a, b) for a in rows) for b in rows]
 
 
-@settings(deadline=None, max_examples=30)
-@given(
-    arrays(float, st.tuples(st.integers(0, 14), st.just(3)), elements=st.integers(0, 3).map(float)),
-    st.tuples(*[st.sampled_from(["low", "high"])] * 3),
+VALUES = st.one_of(
+    st.integers(0, 3).map(float),
+    st.integers(0, 3).map(float),
+    st.floats(-1, 1),
+    st.sampled_from([0.0, -0.0, np.nan, np.inf]),
 )
-def test_front_by_definition(values: np.ndarray, better: tuple[str, ...]) -> None:
-    assert pareto_mask(values, better).tolist() == by_definition(values, better)
+
+
+@settings(deadline=None, max_examples=150)
+@given(st.data(), st.integers(1, 5), st.sampled_from([2, 3, 512]))
+def test_front_by_definition(data: st.DataObject, columns: int, block: int) -> None:
+    """Ties, equal rows and values that are not finite, in blocks smaller than the rows."""
+    values = data.draw(arrays(float, st.tuples(st.integers(0, 14), st.just(columns)), elements=VALUES))
+    better = data.draw(st.tuples(*[st.sampled_from(["low", "high"])] * columns))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hrcjax.viz.front.BLOCK", block)
+        assert pareto_mask(values, better).tolist() == by_definition(values, better)
+
+
+@pytest.mark.parametrize("columns", [2, 3, 4])
+def test_a_large_front_by_definition(columns: int) -> None:
+    """Points of a sphere, none of which beats another, and what lies behind some of them."""
+    rng = np.random.default_rng(columns)
+    sphere = np.abs(rng.normal(size=(1500, columns)))
+    sphere = -sphere / np.linalg.norm(sphere, axis=1, keepdims=True)
+    behind = sphere[:700] + rng.random((700, columns)) + 1e-9
+    order = rng.permutation(2200)
+    expected = np.arange(2200) < 1500
+    assert (pareto_mask(np.concatenate([sphere, behind])[order], ["low"] * columns) == expected[order]).all()
 
 
 def test_rows_that_are_not_finite_are_never_on_the_front() -> None:

@@ -1,0 +1,23 @@
+"""Targets of the rows of the benchmarks."""
+
+BARS = {
+    "arm": {
+        "ratio_to_mujoco_rollout": (">=", 4.0),
+        "ratio_to_mjx_step": (">=", 6.0),
+        "compile_s": ("<", 10.0),
+    },
+    "field": {
+        "value_ratio_to_exp": ("<=", 3.0),
+        "value_grad_ratio_to_exp": ("<=", 6.0),
+    },
+    "grad": {"ratio_to_forward": ("<=", 5.0), "compile_s": ("<", 60.0)},
+    "sweep": {"ratio_to_serial": (">=", 15.0)},
+    "map": {
+        "p95_ms": ("<", 33.0),
+        "growth_ratio": ("<=", 1.25),
+        "query_18_ms": ("<", 0.3),
+        "query_ratio_to_exp": ("<=", 4.0),
+    },
+    "scale": {"results_peak_mb": ("<", 2147.0), "figures_peak_mb": ("<", 2147.0)},
+}
+"""Section -> row -> target of its value."""
