@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +14,7 @@ from hrcjax.lab.progress import Progress
 from hrcjax.numerics import unrolled_options
 from hrcjax.tune import TuneState, Values, initial_tuning, minibatch, tune_step, values_and_gradients
 from hrcjax.tune.felt import Felt, feel
+from hrcjax.tune.staged import StagedGradient
 
 from .config import TuneConfig
 from .live import LiveTable
@@ -55,17 +57,17 @@ class Tuner:
         return jax.tree.map(lambda a: a[places], self.worlds)
 
     @cached_property
-    def _gradients(self) -> Any:
-        problem = self.problem
+    def _gradients(self) -> Callable[[Any, Any], Values]:
+        problem, begin = self.problem, time.monotonic()
+        like = self.start.vector, self.some_worlds(self.start)
+        if problem.stages is not None:
+            made = StagedGradient(problem.stages, *like, problem.identity)
+        else:
 
-        def gradients(vectors: Any, worlds: Any) -> Values:
-            return values_and_gradients(problem.terms, problem.weights, problem.params_of, vectors, worlds)
+            def gradients(vectors: Any, worlds: Any) -> Values:
+                return values_and_gradients(problem.terms, problem.weights, problem.params_of, vectors, worlds)
 
-        begin = time.monotonic()
-        lowered = jax.jit(gradients, compiler_options=unrolled_options()).lower(
-            self.start.vector, self.some_worlds(self.start)
-        )
-        made = lowered.compile()
+            made = jax.jit(gradients, compiler_options=unrolled_options()).lower(*like).compile()
         self.compile_s = time.monotonic() - begin
         return made
 

@@ -11,17 +11,21 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.cells.check import check_cell
+from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import NamedCell, find_cell
 from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.cells.worlds import build_world
 from hrcjax.io.motions.spec import people_of
 from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.parameters import leaf_names
+from hrcjax.lab.provenance import fingerprint
 from hrcjax.metrics.episode import METRICS
 from hrcjax.sim import Params, World, episode, outcome
 from hrcjax.tune import Chosen, Loss, choose, episode_terms, parse_losses
 from hrcjax.tune.checked import check_losses
 from hrcjax.tune.given import given_params
+from hrcjax.tune.stages import Stages
 from hrcjax.typing import Array
 from hrcjax.world import scene_named
 
@@ -57,6 +61,10 @@ class Problem:
     """Worlds by name."""
     held_out: Mapping[str, Any]
     """Worlds that the tuning does not see."""
+    stages: Stages | None = None
+    """The same as `terms`, in stages that are programs of their own; None: there are none."""
+    identity: str | None = None
+    """Of everything but the losses in the stages' programs; None: they are not kept on disk."""
     parts: Callable[[Any], Mapping[str, Any]] = lambda world: {"world": world}
     """World -> what makes it new, all but noise."""
 
@@ -133,6 +141,7 @@ def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World
         total = sum(w * value for w, value in zip(weights, each.values(), strict=True))
         return {name: getattr(metrics, name) for name in JUDGED} | each | {"loss": jnp.asarray(total)}
 
+    stages = Stages(cell, losses, weights, lambda vector: chosen.params(named.params, vector), chosen.names)
     units = {name: METRICS[name][:2] for name in JUDGED} | {f"loss {one.name}": (one.unit, "low") for one in losses}
     made = {train[0]: build(cell, *train[0])}
     check_losses(losses, named.params, cell, made[train[0]], play)
@@ -144,6 +153,15 @@ def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World
         losses=losses,
         weights=weights,
         terms=episode_terms(cell, losses),
+        stages=stages if any(loss.of_episode for loss in losses) else None,
+        identity=fingerprint(
+            {
+                "cell": cell_digest(named),
+                "params": leaf_names(named.params),
+                "chosen": [*chosen.names],
+                "of": str(chosen.bounds),
+            }
+        ),
         measure=measure,
         units=units | {"loss": ("1", "low")},
         training={word(name): made[name] for name in train},

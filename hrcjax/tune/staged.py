@@ -1,0 +1,210 @@
+"""Value and gradient of whole episodes as separate programs.
+
+They are compiled side by side in threads, and kept on disk as `hrcjax.lab.traced` keeps programs; a changed loss compiles its own alone.
+
+    plan -> path, route      fit -> fields      ticks -> record      loss -> value, and derivatives by all of these
+    ticks back               fit back           plan back            : derivatives by the coordinates, added up
+
+Programs pass flat lists of arrays; forward ones give what their reverse (`jax.vjp`) needs beside their results.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from hrcjax.lab.traced import traced
+from hrcjax.numerics import unrolled_options
+from hrcjax.tune.stages import Stages, torque_clipped
+from hrcjax.tune.step import Values
+
+Flat = dict[str, Any]
+THREADS = 2
+"""Programs compiled at once."""
+
+
+def is_float(leaf: Any) -> bool:
+    """Whether an array can have a derivative."""
+    return jnp.issubdtype(leaf.dtype, jnp.inexact)
+
+
+def apart(tree: Any) -> tuple[list[Any], list[Any]]:
+    """The arrays of a tree that can have a derivative, and the others."""
+    leaves = jax.tree.leaves(tree)
+    return [a for a in leaves if is_float(a)], [a for a in leaves if not is_float(a)]
+
+
+def together(like: Any, floats: list[Any], rest: list[Any]) -> Any:
+    """The tree of the arrays of `apart`.
+
+    Args:
+        like: a tree of this form.
+    """
+    leaves, shape = jax.tree.flatten(like)
+    ones, others = iter(floats), iter(rest)
+    return jax.tree.unflatten(shape, [next(ones if is_float(leaf) else others) for leaf in leaves])
+
+
+def shapes_of(tree: Any) -> Any:
+    """Shapes and types of the arrays of a tree."""
+    return jax.tree.map(lambda a: jax.ShapeDtypeStruct(jnp.shape(a), jnp.result_type(a)), tree)
+
+
+class StagedGradient:
+    """As `values_and_gradients`, of episodes, for vectors and worlds of one shape.
+
+    Derivatives are those of `Cell.linear_servo`. Where a torque was clipped they do not hold: programs with the exact ones are then
+    compiled and used.
+
+    Attributes:
+        compile_s: time until all programs were compiled [s].
+        clipped: calls that needed the exact ones.
+    """
+
+    def __init__(
+        self, stages: Stages, vectors: Any, worlds: Any, identity: str | None = None, linear: bool = True
+    ) -> None:
+        """Traces and compiles.
+
+        Args:
+            vectors: (start, parameter), for their shape.
+            worlds: stacked, for their shapes.
+            identity: of everything but the losses; None: nothing is kept on disk.
+            linear: False: exact derivatives of the servo.
+        """
+        self.stages = replace(stages, cell=replace(stages.cell, linear_servo=linear))
+        self.identity, self.linear, self.clipped = identity, linear, 0
+        self.exact: StagedGradient | None = None
+        self.args: dict[str, tuple[Any, ...]] = {}
+        self.functions: dict[str, Callable[..., Flat]] = {}
+        self.likes: dict[str, Any] = {}
+        self.pulls: dict[str, Any] = {}
+        self.programs: dict[str, Any] = {}
+        given = shapes_of(vectors), shapes_of(worlds)
+        begin = time.monotonic()
+        with ThreadPoolExecutor(THREADS) as pool:
+            plan = self._make(pool, "plan", self._plan, given)
+            fit = self._make(pool, "fit", self._fit, given)
+            ticks = self._make(pool, "ticks", self._ticks, (*given, *_results(plan), *_results(fit)))
+            self._make(pool, "ticks back", self._back("ticks"), (ticks["kept"], ticks["floats"]))
+            for name, out in (("plan", plan), ("fit", fit)):
+                if out["kept"]:
+                    self._make(pool, f"{name} back", self._back(name), (out["kept"], out["floats"]))
+            self._make(pool, "loss", self._loss, (*given, *_results(plan), *_results(ticks)))
+        self.programs = {name: one.result() for name, one in self.programs.items()}
+        self.compile_s = time.monotonic() - begin
+
+    def new_loss(self, stages: Stages) -> None:
+        """Takes the losses and weights of other stages: one program is compiled."""
+        self.stages = replace(self.stages, losses=stages.losses, weights=stages.weights)
+        self.exact = None
+        begin = time.monotonic()
+        with ThreadPoolExecutor(1) as pool:
+            self._make(pool, "loss", self._loss, self.args["loss"])
+        self.programs["loss"] = self.programs["loss"].result()
+        self.compile_s = time.monotonic() - begin
+
+    def __call__(self, vectors: Any, worlds: Any) -> Values:
+        """Losses, terms and gradients of every start."""
+        plan, fit = self._run("plan", vectors, worlds), self._run("fit", vectors, worlds)
+        ticks = self._run("ticks", vectors, worlds, *_results(plan), *_results(fit))
+        found = self._run("loss", vectors, worlds, *_results(plan), *_results(ticks))
+        if self.linear and bool(found["clipped"]):
+            self.clipped += 1
+            if self.exact is None:
+                self.exact = StagedGradient(self.stages, vectors, worlds, self.identity, linear=False)
+            return self.exact(vectors, worlds)
+        by_vector, *others = self._run("ticks back", ticks["kept"], found["by_ticks"])["by"]
+        gradient, tuned = found["by_vectors"] + by_vector, self.stages
+        if tuned.plan_tuned:
+            by_plan = [a + b for a, b in zip(found["by_plan"], others.pop(0), strict=True)]
+            gradient = gradient + self._run("plan back", plan["kept"], by_plan)["by"][0]
+        if tuned.fields_tuned:
+            gradient = gradient + self._run("fit back", fit["kept"], others.pop(0))["by"][0]
+        return Values(found["loss"], found["each"], gradient)
+
+    def _run(self, name: str, *args: Any) -> Flat:
+        return self.programs[name](*jax.tree.leaves(args))
+
+    def _make(self, pool: ThreadPoolExecutor, name: str, f: Callable[..., Flat], args: tuple[Any, ...]) -> Flat:
+        """Traces a program here and compiles it in the pool; the shapes of its results."""
+        self.args[name], self.functions[name] = args, f
+        kept = self.identity
+        if kept is not None:
+            losses = [(loss.name, w) for loss, w in zip(self.stages.losses, self.stages.weights, strict=True)]
+            kept = f"{kept} {name} linear {self.linear}" + (f" {losses}" if name == "loss" else "")
+            own = name == "loss" and any(":" in loss.name for loss in self.stages.losses)
+            kept = None if own else kept  # the code of a loss of one's own is not in the identity
+        program = traced(f, args, kept)
+        lowered = program.lower()
+        self.programs[name] = pool.submit(lambda: lowered.compile(compiler_options=unrolled_options()))
+        return dict(program.out_info)
+
+    def _like(self, name: str) -> Any:
+        """The form of a stage's results; traced anew where its program was on disk."""
+        if name not in self.likes:
+            jax.eval_shape(self.functions[name], *self.args[name])
+        return self.likes[name]
+
+    def _forward(self, name: str, f: Callable[..., Any], *args: Any) -> Flat:
+        """f(*args), flat, with what its reverse by the args needs; without args no reverse."""
+
+        def flat(*some: Any) -> tuple[list[Any], list[Any]]:
+            found = f(*some)
+            self.likes[name] = shapes_of(found)
+            return apart(found)
+
+        if not args:
+            floats, rest = flat()
+            return {"floats": floats, "rest": rest, "kept": []}
+        floats, pull, rest = jax.vjp(flat, *args, has_aux=True)
+        kept, self.pulls[name] = jax.tree.flatten(pull)
+        return {"floats": floats, "rest": rest, "kept": kept}
+
+    def _back(self, name: str) -> Callable[..., Flat]:
+        def back(kept: list[Any], cotangents: list[Any]) -> Flat:
+            self._like(name)
+            return {"by": list(jax.tree.unflatten(self.pulls[name], kept)(cotangents))}
+
+        return back
+
+    def _plan(self, vectors: Any, worlds: Any) -> Flat:
+        if self.stages.plan_tuned:
+            return self._forward("plan", lambda v: self.stages.plan(v, worlds), vectors)
+        return self._forward("plan", lambda: self.stages.plan(vectors, worlds))
+
+    def _fit(self, vectors: Any, worlds: Any) -> Flat:
+        if self.stages.fields_tuned:
+            return self._forward("fit", lambda v: self.stages.fit(v, worlds), vectors)
+        return self._forward("fit", lambda: self.stages.fit(vectors, worlds))
+
+    def _ticks(self, vectors: Any, worlds: Any, plan: Any, plan_rest: Any, fit: Any, fit_rest: Any) -> Flat:
+        tuned, plan_like, fit_like = self.stages, self._like("plan"), self._like("fit")
+
+        def ticks(v: Any, *some: Any) -> Any:
+            given = list(some)
+            route = together(plan_like, given.pop(0) if tuned.plan_tuned else plan, plan_rest)[1]
+            fields = together(fit_like, given.pop(0) if tuned.fields_tuned else fit, fit_rest)
+            return tuned.ticks(v, worlds, route, fields)
+
+        return self._forward("ticks", ticks, vectors, *[plan] * tuned.plan_tuned, *[fit] * tuned.fields_tuned)
+
+    def _loss(self, vectors: Any, worlds: Any, plan: Any, plan_rest: Any, ticks: Any, ticks_rest: Any) -> Flat:
+        plan_like, ticks_like = self._like("plan"), self._like("ticks")
+
+        def total(v: Any, plan: Any, ticks: Any) -> tuple[Any, Any]:
+            run = together(ticks_like, ticks, ticks_rest)
+            loss, each = self.stages.loss(v, worlds, together(plan_like, plan, plan_rest)[0], run)
+            return jnp.sum(loss), (loss, each, torque_clipped(run))  # each start has its own derivatives
+
+        derivatives, (loss, each, clipped) = jax.grad(total, argnums=(0, 1, 2), has_aux=True)(vectors, plan, ticks)
+        by = dict(zip(("by_vectors", "by_plan", "by_ticks"), derivatives, strict=True))
+        return {"loss": loss, "each": each, "clipped": clipped} | by
+
+
+def _results(out: Mapping[str, Any]) -> tuple[Any, Any]:
+    return out["floats"], out["rest"]
