@@ -190,7 +190,7 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
     print(f"Took {duration(time.monotonic() - begin)}. Parameters: {folder / TUNED}")
     skipped = int(np.asarray(state.skipped).sum())
     if skipped:
-        text = f"warning: {skipped} of {int(state.step) * config.starts} gradients were not finite; these starts stood still then"
+        text = f"warning: {skipped} of {int(state.step) * config.starts} gradients were not finite; these starts went half the way back to their best then"
         print(text, file=sys.stderr, flush=True)
         return 3
     return 0

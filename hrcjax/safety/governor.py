@@ -22,16 +22,20 @@ def approach_speeds(
     return jnp.where(jnp.sum(g * g, axis=-1) < 0.25, safe_norm(velocity), along)
 
 
+SLOWEST = 1e-9
+"""Approaches over their limit count as at least so fast: the square of their inverse stays finite in derivatives [m/s]."""
+
+
 def speed_scale(
     approach: Float[Array, "point"], speed_limit: Float[Array, "point"] | Float[Array, ""]
 ) -> Float[Array, ""]:
     """beta in [0, 1]: the largest factor with beta * approach <= limit at every point [1].
 
-    1 where every point retreats. 0 where a speed or a limit is not a number, or an approach meets a limit of 0.
+    1 where every point retreats, or less where an approach below `SLOWEST` is still too fast. 0 where a speed or a limit is not a number, or an approach meets a limit of 0.
     """
     limit = jnp.broadcast_to(jnp.maximum(speed_limit, 0.0), approach.shape)  # keeps a NaN
     over = approach > limit
-    ratio = jnp.where(over, limit / jnp.where(over, approach, 1.0), 1.0)
+    ratio = jnp.where(over, limit / jnp.where(over, jnp.maximum(approach, SLOWEST), 1.0), 1.0)
     known = jnp.isfinite(approach) & ~jnp.isnan(limit)
     return jnp.min(jnp.where(known, ratio, 0.0))
 

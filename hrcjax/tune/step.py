@@ -64,7 +64,7 @@ class TuneState(eqx.Module):
     step: Int[Array, ""]
     """Steps done."""
     skipped: Int[Array, "start"]
-    """Steps in which a start stood, as its loss or gradient was not finite."""
+    """Steps in which a start went back, as its loss or gradient was not finite."""
     best_loss: Float[Array, "start"]
     """Least loss so far, of a minibatch; infinite at first."""
     best: Float[Array, "start parameter"]
@@ -119,8 +119,8 @@ def values_and_gradients(
 
 
 def tune_step(state: TuneState, found: Values, optimiser: Optimiser) -> TuneState:
-    """The state after one update of every start by its gradient; a start whose loss or gradient is not finite keeps its
-    coordinates and its optimiser's state, and does not touch the others."""
+    """The state after one update of every start by its gradient. A start whose loss or gradient is not finite keeps its optimiser's
+    state, goes half the way back to its best coordinates so far, and does not touch the others."""
     finite = found.finite
     with jax.numpy_dtype_promotion("standard"):
         update, after = jax.vmap(optimiser.update)(found.gradient, state.optimiser, state.vector)
@@ -130,7 +130,7 @@ def tune_step(state: TuneState, found: Values, optimiser: Optimiser) -> TuneStat
 
     better = finite & (found.loss < state.best_loss)
     return TuneState(
-        vector=where(state.vector + update, state.vector),
+        vector=where(state.vector + update, (state.vector + state.best) / 2),
         optimiser=jax.tree.map(where, after, state.optimiser),
         key=state.key,
         step=state.step + 1,

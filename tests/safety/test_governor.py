@@ -114,6 +114,15 @@ def test_derivatives_and_precision(dtype: jnp.dtype) -> None:
         assert jnp.all(jnp.isfinite(slopes))
 
 
+@pytest.mark.parametrize("slow", [1e-7, 1e-12, 1e-22, 1e-38])
+def test_an_approach_of_almost_nothing_has_finite_derivatives(slow: float) -> None:
+    """In single precision the square of 1e-22 is 0: 0 times its inverse was not a number, in motion that creeps in a stop."""
+    approach = jnp.asarray([slow, -slow], jnp.float32)
+    for limit in (0.0, slow / 2):
+        value, slopes = jax.value_and_grad(speed_scale, argnums=(0, 1))(approach, jnp.asarray(limit, jnp.float32))
+        assert 0 <= value <= 0.5 and all(np.isfinite(slope).all() for slope in slopes)
+
+
 def test_guard() -> None:
     command, fallback = jnp.array([1.0, 2.0]), jnp.array([0.0, -1.0])
     kept, bad = guard(command, fallback)

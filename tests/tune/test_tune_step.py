@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from hrcjax.tune.step import Values, initial_tuning, minibatch, tune_step, values_and_gradients
+from hrcjax.tune.step import TuneState, Values, initial_tuning, minibatch, tune_step, values_and_gradients
 
 optax = pytest.importorskip("optax")
 WEIGHTS = (2.0, 0.5)
@@ -63,7 +63,7 @@ def test_first_update_is_that_of_the_optimiser_alone() -> None:
 
 
 @pytest.mark.parametrize("bad", ["loss", "gradient"])
-def test_a_start_that_is_not_finite_stands_and_spoils_no_other(bad: str) -> None:
+def test_a_start_that_is_not_finite_goes_back_and_spoils_no_other(bad: str) -> None:
     def broken(params, world):
         away = jnp.sum((params - world) ** 2)
         value = jnp.where(params[0] > 4, jnp.nan, 0.0)
@@ -79,7 +79,10 @@ def test_a_start_that_is_not_finite_stands_and_spoils_no_other(bad: str) -> None
         alone = tune_step(alone, values(alone.vector), optimiser)
     assert np.asarray(state.skipped).tolist() == [0, 5]
     np.testing.assert_array_equal(state.vector[0], alone.vector[0])
-    np.testing.assert_array_equal(state.vector[1], vectors[1])
+    np.testing.assert_array_equal(state.vector[1], vectors[1])  # there is no better place to go back to
+    known = TuneState(**{**vars(state), "best": jnp.asarray([[0.0, 0.0], [1.0, 3.0]])})
+    back = tune_step(known, values(known.vector, function=broken), optimiser)
+    np.testing.assert_array_equal(back.vector[1], [3.0, -1.0])
     assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(state.optimiser))
     assert np.isinf(state.best_loss[1])
 
