@@ -114,7 +114,7 @@ def test_derivatives_and_precision(dtype: jnp.dtype) -> None:
         assert jnp.all(jnp.isfinite(slopes))
 
 
-@pytest.mark.parametrize("slow", [1e-7, 1e-12, 1e-22, 1e-38])
+@pytest.mark.parametrize("slow", [1e-7, 1e-12, 1e-22, 1e-30])
 def test_an_approach_of_almost_nothing_has_finite_derivatives(slow: float) -> None:
     """In single precision the square of 1e-22 is 0: 0 times its inverse was not a number, in motion that creeps in a stop."""
     approach = jnp.asarray([slow, -slow], jnp.float32)
