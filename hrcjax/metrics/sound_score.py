@@ -118,6 +118,13 @@ def sound_energy(energy: Scalar, half: Scalar) -> Float[Array, ""]:
     return jnp.asarray(100 * half / (half + energy))
 
 
+def sound_quality(params: SoundScoreParams, terms: SoundTerms) -> Float[Array, ""]:
+    """The weighted mean of the terms, in [0, 1]. Not finite if: all weights are 0."""
+    names = ("clearance", "separation", "time", "jerk", "energy")
+    weights = {name: getattr(params, name) for name in names}
+    return sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100
+
+
 def sound_score(params: SoundScoreParams, success: Bool[Array, ""], terms: SoundTerms) -> Float[Array, ""]:
     """The score, out of 100. Not finite if: all weights are 0.
 
@@ -125,7 +132,5 @@ def sound_score(params: SoundScoreParams, success: Bool[Array, ""], terms: Sound
         success: arrived, and no contact with an obstacle, nor with a person.
         terms: each out of 100.
     """
-    names = ("clearance", "separation", "time", "jerk", "energy")
-    weights = {name: getattr(params, name) for name in names}
-    quality = sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100
+    quality = sound_quality(params, terms)
     return jnp.where(success, params.least + (100 - params.least) * quality, params.failed * quality)

@@ -22,6 +22,8 @@ from hrcjax.typing import Array, Float
 LossFn = Callable[[Params, Cell, World, Episode], Float[Array, ""]]
 FAR = 10.0
 """Distances and limits beyond it are the same for a loss, also infinite ones [m], [m/s]."""
+FLOOR = 0.02
+"""Power of a joint below which its absolute value is rounded off [W]."""
 SEPARATION_SOFTNESS = 0.05
 """Width of the soft hinge on the separation [m]."""
 
@@ -84,16 +86,7 @@ def jerk(params: Params, cell: Cell, world: World, run: Episode) -> Float[Array,
     return mean_squared_jerk(run.record.tool[::k], 1 / (cell.dt * k))
 
 
-def smooth_energy(world: World, cell: Cell, run: Episode, floor: float = 0.02) -> Float[Array, ""]:
-    """Work of the joints until the goal, softly [J].
-
-    Args:
-        floor: power of a joint below which the absolute value is rounded off [W].
-    """
-    power = safe_sqrt((run.record.tau * run.record.qd) ** 2 + floor**2) - floor
-    return jnp.sum(jnp.sum(power, axis=-1) * away(world, run)) * cell.dt
-
-
 def energy(params: Params, cell: Cell, world: World, run: Episode) -> Float[Array, ""]:
-    """Work of the joints until the goal, braking counted as driving."""
-    return smooth_energy(world, cell, run)
+    """Work of the joints until the goal, softly, braking counted as driving; powers below 0.02 W are rounded off."""
+    power = safe_sqrt((run.record.tau * run.record.qd) ** 2 + FLOOR**2) - FLOOR
+    return jnp.sum(jnp.sum(power, axis=-1) * away(world, run)) * cell.dt

@@ -3,6 +3,7 @@
 import inspect
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import equinox as eqx
 import jax
@@ -12,16 +13,13 @@ import pytest
 
 from hrcjax.cells import make_cell
 from hrcjax.lab.errors import UsageError
-from hrcjax.metrics.sound_score import SoundScoreParams
-from hrcjax.reference.truth import solid_distance
-from hrcjax.robot import control_points
-from hrcjax.sim import Episode, Params, World
+from hrcjax.metrics.sound_score import SoundScoreParams, SoundTerms, sound_score
+from hrcjax.sim import Episode, Params, Task, World, path_through
 from hrcjax.sim.tick import Record
 from hrcjax.tune import sound_loss
 from hrcjax.tune.declared import LOSSES, find_loss, parse_losses
 from hrcjax.tune.loss import EFFORT
-from hrcjax.tune.sound_loss import smooth_terms, soft_least
-from hrcjax.world import Person, motion_named, scene_named
+from hrcjax.world import motion_named, scene_named
 
 TIMES = 400
 SCENE = scene_named("robotica", 0)
@@ -38,7 +36,8 @@ def empty(kind, **fields):
 SCENE = jax.tree.map(lambda x: x.astype(jnp.float64) if jnp.issubdtype(x.dtype, jnp.floating) else x, SCENE)
 WORLD = empty(World, scene=SCENE, person=motion_named("nobody", SCENE))
 CELL = replace(make_cell(), ticks=TIMES)
-HOME = np.asarray(CELL.arm.home)
+LINE = SCENE.start + jnp.linspace(0, 1, 8)[:, None] * (SCENE.goal - SCENE.start)
+PATH = path_through(Task(SCENE, jnp.asarray(CELL.arm.home), Params().potential, CELL.arm), LINE)
 
 
 def record(duration: float = 1.6, clearance: float = 0.3, apart: float = 5.0, speed: float = 0.1) -> Record:
@@ -60,8 +59,7 @@ def record(duration: float = 1.6, clearance: float = 0.3, apart: float = 5.0, sp
 
 
 def run(**changes) -> Episode:
-    path = empty(type("Path", (), {}), length=jnp.linalg.norm(SCENE.goal - SCENE.start))
-    return empty(Episode, record=record(**changes), path=path, final=None)
+    return empty(Episode, record=record(**changes), path=PATH, final=None)
 
 
 def value(name: str, **changes) -> float:
@@ -104,68 +102,43 @@ def test_what_is_asked_cannot_be_tuned_away() -> None:
     assert float(jax.grad(loss)(0.2)) == 0
 
 
-@pytest.fixture
-def gap_given(monkeypatch) -> None:
-    """The clearance of a run is the one that it was given, not that of its joints."""
-    monkeypatch.setattr(sound_loss, "obstacle_gap", lambda cell, world, record: record.field_clearance)
-    monkeypatch.setattr(sound_loss, "person_gap", lambda cell, world, record: record.separation)
-
-
-def test_the_gap_is_that_of_the_spheres_to_the_obstacles() -> None:
-    """Against distances to the solids in NumPy; who the robot senses does not matter."""
-    random = np.random.default_rng(0)
-    q = np.repeat(HOME + random.uniform(-0.6, 0.6, (4, 6)), TIMES // 4, axis=0)
-    made = replace(record(), q=jnp.asarray(q), field_clearance=jnp.full(TIMES, -1.0))
-    found = sound_loss.obstacle_gap(CELL, WORLD, made)
-    for k in range(4):
-        x = np.asarray(control_points(CELL.arm, jnp.asarray(q[k * TIMES // 4])))
-        solids = [
-            solid_distance(int(SCENE.kind[n]), *(np.asarray(v[n], float) for v in (SCENE.center, SCENE.size)), float(SCENE.yaw[n]), x)
-            for n in np.flatnonzero(SCENE.mask)
-        ]  # fmt: skip
-        np.testing.assert_allclose(
-            found[k * len(found) // 4], (np.min(solids, axis=0) - CELL.arm.control_radii).min(), atol=1e-6
-        )
-
-
-def test_a_person_who_is_touched_is_a_failure() -> None:
-    """A ball of 5 cm at the last control point of a standing arm, 1 cm from it, 1 cm inside, and absent."""
-    q, radius = jnp.broadcast_to(jnp.asarray(HOME), (TIMES, 6)), float(CELL.arm.control_radii[-1])
-    tip = np.asarray(control_points(CELL.arm, jnp.asarray(HOME)))[-1]
-    goal = jnp.broadcast_to(SCENE.goal, (TIMES, 3))
-    losses = []
-    for gap, present in ((0.01, True), (-0.01, True), (-0.01, False)):
-        middle = jnp.asarray(tip - np.array([0.0, 0.0, radius + 0.05 + gap]))[None, None]
-        ball = Person(middle, middle, jnp.asarray([0.05]), jnp.asarray(30.0), jnp.asarray([present]))
-        world = empty(World, scene=SCENE, person=ball)
-        found = sound_loss.person_gap(CELL, world, replace(record(), q=q))
-        np.testing.assert_allclose(found, gap if present else 10.0, atol=2e-3)
-        made = empty(Episode, record=replace(record(), q=q, tool=goal), path=run().path, final=None)
-        losses.append(float(LOSSES["sound"].of(Params(), CELL, world, made)))
-    assert losses[1] > losses[0] + 0.3 and losses[0] > losses[2] - 1e-6
-
-
-def test_smooth_terms_of_a_minimum_jerk_reach() -> None:
-    terms = smooth_terms(Params(), CELL, WORLD, run(), jnp.asarray(0.3))
-    assert float(terms.clearance) == pytest.approx(100) and float(terms.separation) == pytest.approx(100)
-    assert 85 < float(terms.jerk) <= 100, "as smooth as can be, sampled"
-    assert float(smooth_terms(Params(), CELL, WORLD, run(), jnp.asarray(0.025)).clearance) == pytest.approx(75)
-    assert float(smooth_terms(Params(), CELL, WORLD, run(), jnp.asarray(-0.01)).clearance) < 0
-    sound = SoundScoreParams()
-    assert float(terms.energy) == pytest.approx(100 * sound.half_energy / (sound.half_energy + value("energy")))
-    slow, fast = (
-        float(smooth_terms(Params(), CELL, WORLD, run(duration=T), jnp.asarray(0.3)).time) for T in (3.0, 2.4)
+def sound_of(
+    monkeypatch, tool: np.ndarray, success: bool, clearance: float = 0.3, separation: float = 5.0, hit: bool = False
+):
+    """The loss of a run, and the score of the same metrics."""
+    terms = {"clearance": 80.0, "separation": 90.0, "time": 30.0, "jerk": 60.0, "energy": 40.0}
+    metrics = SimpleNamespace(
+        success=jnp.asarray(float(success)), clearance=jnp.asarray(clearance), separation=jnp.asarray(separation),
+        **{f"sound_{name}": jnp.asarray(x) for name, x in terms.items()},
+    )  # fmt: skip
+    found = SimpleNamespace(metrics=metrics, hit=jnp.asarray(hit), run_into=jnp.asarray(False))
+    monkeypatch.setattr(sound_loss, "outcome", lambda *args: found)
+    made = empty(Episode, record=replace(record(), tool=jnp.asarray(tool)), path=None, final=None)
+    whole = success and clearance >= 0 and not hit
+    score = sound_score(
+        SoundScoreParams(), jnp.asarray(whole), SoundTerms(**{n: jnp.asarray(x) for n, x in terms.items()})
     )
-    assert fast / slow == pytest.approx(1.25, rel=0.02)
+    return float(LOSSES["sound"].of(Params(), CELL, WORLD, made)), 1 - float(score) / 100
 
 
-@pytest.mark.usefixtures("gap_given")
-def test_sound_ranks_as_the_score_does() -> None:
-    good = value("sound")
-    assert 0 < good < 0.5
-    assert good < value("sound", clearance=0.02) < value("sound", clearance=-0.02)
-    assert value("sound", clearance=-0.02) > 0.9 and value("sound", duration=6.0) > 0.9, "failed: below 10 of 100"
-    assert good < value("sound", apart=0.3)
+def test_sound_is_the_score_where_a_run_succeeds_and_a_share_of_it_elsewhere(monkeypatch) -> None:
+    goal = np.asarray(SCENE.goal, float)
+
+    def at(d: float) -> np.ndarray:
+        return goal + np.linspace(0.3, d, TIMES)[:, None] * np.array([0.0, 0.6, 0.8])
+
+    loss, good = sound_of(monkeypatch, at(0.0199), True)
+    assert loss == pytest.approx(good)
+    failed = sound_of(monkeypatch, at(0.3), False)[1]
+    assert sound_of(monkeypatch, at(0.025), False)[0] == pytest.approx((good + failed) / 2), "a quarter of 2 cm beyond"
+    assert sound_of(monkeypatch, at(0.3), False)[0] == pytest.approx(failed, abs=1e-3)
+    assert sound_of(monkeypatch, at(0.0), True, clearance=-0.005)[0] == pytest.approx((good + failed) / 2)
+    assert sound_of(monkeypatch, at(0.0), True, separation=-0.005, hit=True)[0] == pytest.approx((good + failed) / 2)
+    assert sound_of(monkeypatch, at(0.0), True, separation=-0.005)[0] == pytest.approx(good), (
+        "a person who touches an arm that rests"
+    )
+    # at the border the share has no step, and no slope on the side of success
+    assert sound_of(monkeypatch, at(0.0201), False)[0] == pytest.approx(good, abs=1e-3)
 
 
 def test_slopes_are_finite_at_rest_and_without_anybody() -> None:
@@ -175,20 +148,14 @@ def test_slopes_are_finite_at_rest_and_without_anybody() -> None:
         for one in (made, far):
             for loss in [one for one in LOSSES.values() if one.of_episode]:
 
-                def of(tool, qd, qdd, apart, gap, one=one, loss=loss):
-                    moved = replace(one, tool=tool, qd=qd, qdd=qdd, separation=apart, field_clearance=gap)
+                def of(q, tool, qd, qdd, apart, gap, one=one, loss=loss):
+                    moved = replace(one, q=q, tool=tool, qd=qd, qdd=qdd, separation=apart, field_clearance=gap)
                     return loss.of(Params(), CELL, WORLD, empty(Episode, record=moved, path=run().path, final=None))
 
-                found = jax.grad(of, argnums=range(5))(one.tool, one.qd, one.qdd, one.separation, one.field_clearance)
+                found = jax.grad(of, argnums=range(6))(
+                    one.q, one.tool, one.qd, one.qdd, one.separation, one.field_clearance
+                )
                 assert all(np.isfinite(g).all() for g in found), loss.name
-
-
-def test_soft_least() -> None:
-    x = jnp.asarray([0.3, 0.1, 0.5])
-    assert float(soft_least(x, 1e-3)) == pytest.approx(0.1) and float(soft_least(x, 1e3)) == pytest.approx(
-        0.3, abs=1e-3
-    )
-    assert 0.1 < float(soft_least(x, 0.1)) < 0.3
 
 
 def test_every_loss_says_what_it_is() -> None:
