@@ -33,7 +33,6 @@ WEIGHTS = {"jerk": 0.1, "effort": 0.1, "energy": 0.1}
 def test_gradient_of_the_declared_losses(cell: Cell, world: World) -> None:
     named = NamedCell(replace(cell, ticks=60, substeps=2, plan=bent_plan))
     words = (
-        "motion.speed=0.1:1.5:0.5",
         "policy.target.kp",
         "motion.clock.jerk",
         "zeta=1.2:5",
