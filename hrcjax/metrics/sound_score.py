@@ -122,7 +122,7 @@ def sound_quality(params: SoundScoreParams, terms: SoundTerms) -> Float[Array, "
     """The weighted mean of the terms, in [0, 1]. Not finite if: all weights are 0."""
     names = ("clearance", "separation", "time", "jerk", "energy")
     weights = {name: getattr(params, name) for name in names}
-    return sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100
+    return jnp.asarray(sum(weights[name] * getattr(terms, name) for name in names) / sum(weights.values()) / 100)
 
 
 def sound_score(params: SoundScoreParams, success: Bool[Array, ""], terms: SoundTerms) -> Float[Array, ""]:

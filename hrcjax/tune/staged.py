@@ -79,6 +79,7 @@ class StagedGradient:
         self.stages = replace(stages, cell=replace(stages.cell, linear_servo=linear))
         self.identity, self.linear, self.clipped = identity, linear, 0
         self.exact: StagedGradient | None = None
+        self.times: dict[str, float] | None = None
         self.args: dict[str, tuple[Any, ...]] = {}
         self.functions: dict[str, Callable[..., Flat]] = {}
         self.likes: dict[str, Any] = {}
@@ -127,8 +128,20 @@ class StagedGradient:
             gradient = gradient + self._run("fit back", fit["kept"], others.pop(0))["by"][0]
         return Values(found["loss"], found["each"], gradient)
 
+    def timed(self, vectors: Any, worlds: Any) -> dict[str, float]:
+        """Time of every program in a call [s]."""
+        self.times = {}
+        self(vectors, worlds)
+        times, self.times = self.times, None
+        return times
+
     def _run(self, name: str, *args: Any) -> Flat:
-        return self.programs[name](*jax.tree.leaves(args))
+        begin = time.monotonic()
+        out = self.programs[name](*jax.tree.leaves(args))
+        if self.times is not None:
+            jax.block_until_ready(out)
+            self.times[name] = time.monotonic() - begin
+        return out
 
     def _make(self, pool: ThreadPoolExecutor, name: str, f: Callable[..., Flat], args: tuple[Any, ...]) -> Flat:
         """Traces a program here and compiles it in the pool; the shapes of its results."""
