@@ -75,8 +75,8 @@ print(f"a world after {time.monotonic() - begin:.0f} s")
 # %% [markdown]
 # ## Parameters, loss, and one program
 #
-# Every parameter stays within its bounds; the optimiser moves coordinates that have none. The loss is the smooth surrogate of the
-# sound score, and the way that remains. `STARTS` settings run side by side: starts of the optimiser first, points of the landscape
+# Every parameter stays within its bounds; the optimiser moves coordinates that have none. The loss is the sound
+# score, with a smooth share of success where a run fails, and the way that remains. `STARTS` settings run side by side: starts of the optimiser first, points of the landscape
 # later, so that one program does both. What else is wanted of an episode, here the tool's path, comes along as terms of weight 0.
 
 # %%

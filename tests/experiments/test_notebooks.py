@@ -1,5 +1,6 @@
 """Notebooks run from the first cell to the last."""
 
+import os
 from pathlib import Path
 
 import jupytext
@@ -39,6 +40,7 @@ def test_what_the_knobs_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.slow
+@pytest.mark.skipif("HRCJAX_ALL" not in os.environ, reason="minutes of compilation: HRCJAX_ALL=1 runs it")
 def test_tune_by_gradient() -> None:
     pytest.importorskip("optax")
     assert images_of("04_tune_by_gradient.py") == 3
