@@ -19,6 +19,7 @@ from hrcjax.cells.worlds import build_world
 from hrcjax.io.motions.spec import people_of
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.parameters import leaf_names
+from hrcjax.lab.progress import Progress
 from hrcjax.lab.provenance import fingerprint
 from hrcjax.metrics.episode import METRICS
 from hrcjax.sim import Params, World, episode, outcome
@@ -143,9 +144,13 @@ def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World
 
     stages = Stages(cell, losses, weights, lambda vector: chosen.params(named.params, vector), chosen.names)
     units = {name: METRICS[name][:2] for name in JUDGED} | {f"loss {one.name}": (one.unit, "low") for one in losses}
-    made = {train[0]: build(cell, *train[0])}
-    check_losses(losses, named.params, cell, made[train[0]], play)
-    made |= {name: build(cell, *name) for name in train[1:] + held}
+    made: dict[WorldName, World] = {}
+    with Progress(len(train + held), unit="world") as progress:
+        for name in train + held:
+            made[name] = build(cell, *name)
+            if len(made) == 1:
+                check_losses(losses, named.params, cell, made[name], play)
+            progress.advance(1)
     _same_shapes(list(made.values()))
     return Problem(
         base=named.params,
