@@ -89,11 +89,11 @@ def make_slices(judge: Judge, first: NDArray, tuned: NDArray) -> Slices:
         return loss.reshape(points.shape[:-1]), score.reshape(points.shape[:-1])
 
     along = lines(tuned, reach)
-    loss, score = means(along, "episode of the slices")
+    loss, score = means(along, "slice episode")
     pair = most_felt(loss)
     over = square(tuned, reach, pair)
     nothing = np.full((0, 0), np.nan)
-    map_loss, map_score = means(over, "episode of the map") if len(tuned) > 1 else (nothing, nothing)
+    map_loss, map_score = means(over, "map episode") if len(tuned) > 1 else (nothing, nothing)
     values = np.stack([_values(chosen, along[k])[:, k] for k in range(len(tuned))])
     sides = np.stack([_values(chosen, over[:, 0])[:, pair[0]], _values(chosen, over[0])[:, pair[1]]])
     made = Slices(_values(chosen, first[None])[0], values, loss, score, pair, sides, map_loss, map_score)
