@@ -92,6 +92,7 @@ def run(repeat: int = 2, batch: int = BATCH) -> dict[str, dict[str, Any]]:
     forward, both = (best_time(f, vectors, worlds, repeat=repeat) for f in (value, gradient))
     seconds = gradient.timed(vectors, worlds)
     losses, weights = parse_losses(["sound"])
+    gradient.identity = None  # not from the disk
     gradient.new_loss(replace(stages, losses=losses, weights=weights))
     low = {"better": "low"}
     return {

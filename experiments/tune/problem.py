@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.cells.check import check_cell
-from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import NamedCell, find_cell
 from hrcjax.cells.people import make_person
 from hrcjax.cells.ur5 import CELLS
@@ -159,20 +158,23 @@ def closed_loop(config: TuneConfig, named: NamedCell, build: Callable[..., World
         weights=weights,
         terms=episode_terms(cell, losses),
         stages=stages if any(loss.of_episode for loss in losses) else None,
-        identity=fingerprint(
-            {
-                "cell": cell_digest(named),
-                "params": leaf_names(named.params),
-                "chosen": [*chosen.names],
-                "of": str(chosen.bounds),
-            }
-        ),
+        identity=program_identity(named, chosen),
         measure=measure,
         units=units | {"loss": ("1", "low")},
         training={word(name): made[name] for name in train},
         held_out={word(name): made[name] for name in held},
         parts=lambda world: {"scene": world.scene, "people": world.person},
     )
+
+
+def program_identity(named: NamedCell, chosen: Chosen) -> str | None:
+    """Of what programs close over beside the code and the losses; None for a cell that is not built in: its programs are not kept."""
+    if named.identity is None or named.code:
+        return None
+    parts = ("arm", "field", "safety")  # the identity names them
+    sizes = {name: str(value) for name, value in vars(named.cell).items() if not callable(value) and name not in parts}
+    known = {"cell": named.identity, "sizes": sizes, "params": leaf_names(named.params)}
+    return fingerprint(known | {"chosen": [*chosen.names], "bounds": str(chosen.bounds)})
 
 
 def _same_shapes(worlds: Sequence[Any]) -> None:

@@ -20,8 +20,29 @@ class Arrival(eqx.Module):
     """Samples up to and with the arrival: those of the task."""
 
 
+SLOW = 0.05
+"""Largest speed that counts as arrived [m/s]."""
+
+
+def short_of(
+    x: Float[Array, "time 3"], goal: Float[Array, "3"], tolerance: Scalar, dt: Scalar, slow: Scalar = SLOW
+) -> Float[Array, "time"]:
+    """How far every sample is from an arrival, by distance and by speed; arrived where it is at most 1 [1].
+
+    Args:
+        x: tool positions [m].
+        goal: [m].
+        tolerance: distance to the goal that counts as reached [m].
+        dt: time between samples [s].
+        slow: largest speed that counts as arrived [m/s].
+    """
+    step = safe_norm(jnp.diff(x, axis=0)) / dt
+    speed = jnp.concatenate([step[:1], step])
+    return jnp.maximum(safe_norm(x - goal) / tolerance, speed / slow)
+
+
 def arrival(
-    x: Float[Array, "time 3"], goal: Float[Array, "3"], tolerance: Scalar, dt: Scalar, slow: Scalar = 0.05
+    x: Float[Array, "time 3"], goal: Float[Array, "3"], tolerance: Scalar, dt: Scalar, slow: Scalar = SLOW
 ) -> Arrival:
     """The first moment at which the tool is within the tolerance of the goal AND not faster than `slow`.
 
@@ -41,10 +62,7 @@ def arrival(
     n = x.shape[0]
     if n < 2:
         raise ValueError(f"{n} samples have no speed: give at least 2")
-    distance = safe_norm(x - goal)
-    step = safe_norm(jnp.diff(x, axis=0)) / dt
-    speed = jnp.concatenate([step[:1], step])
-    missing = jnp.maximum(distance / tolerance, speed / slow)  # arrived where this is at most 1
+    distance, missing = safe_norm(x - goal), short_of(x, goal, tolerance, dt, slow)
     arrived = missing <= 1
     success = jnp.any(arrived)
     index = jnp.where(success, jnp.argmax(arrived), n - 1)

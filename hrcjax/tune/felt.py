@@ -115,6 +115,7 @@ def feel(gradients: GradientsFn, point: NDArray, weights: Sequence[float], at_on
     both = np.stack([curvature, curvature.T])  # the same but for rounding; one alone where the other is not finite
     known = np.isfinite(both)
     mean = np.where(known, both, 0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    mean = np.where(known.any(axis=0), mean, np.nan)
     answers = np.asarray(weights, float) * (each[up] - each[down]) / (2 * STEP) / _size(loss[0])
     own = np.arange(size)
     by_slopes = (slope[up][own, own] + 4 * slope[0] + slope[down][own, own]) / 6

@@ -8,13 +8,13 @@ falls from 1 with the distance by which the goal is missed and with the depth of
 import jax.numpy as jnp
 
 from hrcjax.metrics.sound_score import SoundScoreParams, SoundTerms, sound_quality
-from hrcjax.numerics import safe_norm
+from hrcjax.metrics.timing import short_of
 from hrcjax.sim import Cell, Episode, Params, World, outcome
 from hrcjax.sim.outcome import REACHED
 from hrcjax.typing import Array, Float
 
 MISSED = 0.25
-"""Share of REACHED that a run may miss the goal by to be half a success [1]."""
+"""Share of REACHED, or of the speed that counts as arrived, that a run may miss the goal by to be half a success [1]."""
 DEEP = 0.005
 """Depth of a contact that halves a success [m]."""
 
@@ -31,7 +31,9 @@ def sound(params: Params, cell: Cell, world: World, run: Episode) -> Float[Array
     quality = sound_quality(
         rules, SoundTerms(*(getattr(metrics, f"sound_{name}") for name in SoundTerms.__annotations__))
     )
-    missed = jnp.min(safe_norm(run.record.tool - world.scene.goal)) / REACHED - 1
+    missed = (
+        jnp.min(short_of(run.record.tool, world.scene.goal, REACHED, jnp.asarray(cell.dt, run.record.tool.dtype))) - 1
+    )
     arrived = jnp.where(metrics.success > 0, 1.0, share_within(missed / MISSED))
     touched = jnp.where(found.hit | found.run_into, -metrics.separation, 0.0)
     share = arrived * share_within(-metrics.clearance / DEEP) * share_within(touched / DEEP)

@@ -17,12 +17,16 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from hrcjax.lab.provenance import PACKAGE, code_digest
 from hrcjax.lab.traced import traced
 from hrcjax.numerics import unrolled_options
+from hrcjax.tune.declared import LOSSES
 from hrcjax.tune.stages import Stages, torque_clipped
 from hrcjax.tune.step import Values
 
 Flat = dict[str, Any]
+TUNE_CODE = code_digest(PACKAGE / "tune")
+"""Digest of the code of this package when it was imported."""
 THREADS = 2
 """Programs compiled at once."""
 
@@ -121,11 +125,11 @@ class StagedGradient:
             return self.exact(vectors, worlds)
         by_vector, *others = self._run("ticks back", ticks["kept"], found["by_ticks"])["by"]
         gradient, tuned = found["by_vectors"] + by_vector, self.stages
-        if tuned.plan_tuned:
-            by_plan = [a + b for a, b in zip(found["by_plan"], others.pop(0), strict=True)]
+        if tuned.plan_tuned and "plan back" in self.programs:
+            by_plan = [a + b for a, b in zip(found["by_plan"], others[0], strict=True)]
             gradient = gradient + self._run("plan back", plan["kept"], by_plan)["by"][0]
-        if tuned.fields_tuned:
-            gradient = gradient + self._run("fit back", fit["kept"], others.pop(0))["by"][0]
+        if tuned.fields_tuned and "fit back" in self.programs:
+            gradient = gradient + self._run("fit back", fit["kept"], others[-1])["by"][0]
         return Values(found["loss"], found["each"], gradient)
 
     def timed(self, vectors: Any, worlds: Any) -> dict[str, float]:
@@ -149,9 +153,10 @@ class StagedGradient:
         kept = self.identity
         if kept is not None:
             losses = [(loss.name, w) for loss, w in zip(self.stages.losses, self.stages.weights, strict=True)]
-            kept = f"{kept} {name} linear {self.linear}" + (f" {losses}" if name == "loss" else "")
-            own = name == "loss" and any(":" in loss.name for loss in self.stages.losses)
-            kept = None if own else kept  # the code of a loss of one's own is not in the identity
+            kept = f"{kept} {TUNE_CODE} {name} linear {self.linear}" + (f" {losses}" if name == "loss" else "")
+            own = name == "loss" and any(LOSSES.get(loss.name) is not loss for loss in self.stages.losses)
+            if own or code_digest(PACKAGE / "tune") != TUNE_CODE:  # code that the identity does not know
+                kept = None
         program = traced(f, args, kept)
         lowered = program.lower()
         self.programs[name] = pool.submit(lambda: lowered.compile(compiler_options=unrolled_options()))

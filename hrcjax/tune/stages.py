@@ -17,9 +17,9 @@ from hrcjax.sim.tick import NOT_FINITE_TORQUE, TORQUE_LIMITED
 from hrcjax.tune.declared import Loss
 from hrcjax.typing import Array, Bool, Float
 
-PLAN = ("plan.", "potential.")
-FIELD = ("field.",)
-"""Starts of the names of the parameters that plan and fields depend on."""
+PLAN = ("plan", "potential")
+FIELD = ("field",)
+"""First words of the names of the parameters that plan and fields depend on."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Stages:
     @property
     def plan_tuned(self) -> bool:
         """Whether a chosen parameter reaches the plan."""
-        return any(name.startswith(PLAN) for name in self.names)
+        return any(name.partition(".")[0] in PLAN for name in self.names)
 
     @property
     def fields_tuned(self) -> bool:
         """Whether a chosen parameter reaches the fields."""
-        return any(name.startswith(FIELD) for name in self.names)
+        return any(name.partition(".")[0] in FIELD for name in self.names)
 
     def plan(self, vectors: Float[Array, "start parameter"], worlds: Any) -> Any:
         """Paths and routes, (start, world) or (world)."""

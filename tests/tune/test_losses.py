@@ -14,7 +14,7 @@ import pytest
 from hrcjax.cells import make_cell
 from hrcjax.lab.errors import UsageError
 from hrcjax.metrics.sound_score import SoundScoreParams, SoundTerms, sound_score
-from hrcjax.sim import Episode, Params, Task, World, path_through
+from hrcjax.sim import Episode, Params, Task, World, outcome, path_through
 from hrcjax.sim.tick import Record
 from hrcjax.tune import sound_loss
 from hrcjax.tune.declared import LOSSES, find_loss, parse_losses
@@ -125,7 +125,8 @@ def test_sound_is_the_score_where_a_run_succeeds_and_a_share_of_it_elsewhere(mon
     goal = np.asarray(SCENE.goal, float)
 
     def at(d: float) -> np.ndarray:
-        return goal + np.linspace(0.3, d, TIMES)[:, None] * np.array([0.0, 0.6, 0.8])
+        way = np.concatenate([np.linspace(0.3, d, TIMES // 2), np.full(TIMES // 2, d)])  # and rests there
+        return goal + way[:, None] * np.array([0.0, 0.6, 0.8])
 
     loss, good = sound_of(monkeypatch, at(0.0199), True)
     assert loss == pytest.approx(good)
@@ -137,8 +138,18 @@ def test_sound_is_the_score_where_a_run_succeeds_and_a_share_of_it_elsewhere(mon
     assert sound_of(monkeypatch, at(0.0), True, separation=-0.005)[0] == pytest.approx(good), (
         "a person who touches an arm that rests"
     )
+    passed = goal + np.linspace(0.3, -0.3, TIMES)[:, None] * np.array([0.0, 0.6, 0.8])  # at 0.188 m/s
+    assert sound_of(monkeypatch, passed, False)[0] == pytest.approx(failed, abs=0.02), (
+        "who passes the goal has not arrived"
+    )
     # at the border the share has no step, and no slope on the side of success
     assert sound_of(monkeypatch, at(0.0201), False)[0] == pytest.approx(good, abs=1e-3)
+
+
+def test_sound_is_the_score_of_the_outcome() -> None:
+    score = outcome(Params(), CELL, WORLD, run()).metrics
+    assert score.success == 1 and 20 < score.score_sound < 100
+    assert value("sound") == pytest.approx(1 - float(score.score_sound) / 100, rel=1e-12)
 
 
 def test_slopes_are_finite_at_rest_and_without_anybody() -> None:

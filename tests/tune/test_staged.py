@@ -1,18 +1,28 @@
 """What the stages pass on, without an episode: lists and trees, what is tuned, and the exact programs where a torque was clipped."""
 
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from hrcjax.robot import load_arm
 from hrcjax.sim import Cell
+from hrcjax.sim.parts import FieldPart
 from hrcjax.sim.tick import NOT_FINITE_TORQUE, TORQUE_LIMITED
 from hrcjax.tune import staged
+from hrcjax.tune import stages as stages_of
+from hrcjax.tune.declared import Loss
 from hrcjax.tune.staged import StagedGradient, apart, together
 from hrcjax.tune.stages import Stages, torque_clipped
 from hrcjax.tune.step import Values
+
+CELL = Cell(arm=load_arm("ur5e"))
 
 
 def test_a_tree_comes_back_from_its_lists() -> None:
@@ -33,7 +43,7 @@ def test_a_tree_comes_back_from_its_lists() -> None:
     ],
 )
 def test_which_stages_a_parameter_reaches(names: tuple[str, ...], plan: bool, fields: bool) -> None:
-    stages = Stages(Cell(arm=load_arm("ur5e")), (), (), lambda v: v, names)
+    stages = Stages(CELL, (), (), lambda v: v, names)
     assert stages.plan_tuned is plan and stages.fields_tuned is fields
 
 
@@ -51,7 +61,7 @@ EXACT = Values(jnp.zeros(1), jnp.zeros((1, 1, 1)), jnp.zeros((1, 2)))
 def canned(clipped: bool, linear: bool = True) -> StagedGradient:
     """Programs that return what is written here: 1 start, 2 parameters, the plan tuned."""
     made = object.__new__(StagedGradient)
-    made.stages = Stages(Cell(arm=load_arm("ur5e")), (), (), lambda v: v, ("potential.zeta", "policy.target.kp"))
+    made.stages = Stages(CELL, (), (), lambda v: v, ("potential.zeta", "policy.target.kp"))
     made.linear, made.clipped, made.exact, made.times, made.identity = linear, 0, None, None, None
     two, one = jnp.asarray([[1.0, 10.0]]), [jnp.asarray(3.0)]
     outputs = {
@@ -87,3 +97,87 @@ def test_where_a_torque_is_clipped_the_exact_programs_answer(monkeypatch: pytest
     assert made(None, None) is EXACT and made(None, None) is EXACT
     assert asked == [False] and made.clipped == 2, "compiled once"
     assert canned(clipped=True, linear=False)(None, None) is not EXACT, "they are themselves the exact ones"
+
+
+class Seen(eqx.Module):
+    """In place of a record."""
+
+    x: jnp.ndarray
+    status: jnp.ndarray
+
+
+class Small(eqx.Module):
+    """In place of a world, with whatever an episode of a line asks for."""
+
+    w: jnp.ndarray
+    frames: jnp.ndarray
+    q_start: jnp.ndarray
+
+
+class Two(dict):
+    """In place of parameters."""
+
+    field = 1.0
+
+
+@pytest.fixture
+def lines(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[SimpleNamespace]:
+    """Episodes of a line: plan = a w latency, record = sin(plan) b sum(frames); and a folder of programs."""
+    used = {"plan": True}
+    monkeypatch.setattr(
+        stages_of, "task_of", lambda p, cell, world: world.w * (p["potential.a"] if used["plan"] else 1.0)
+    )
+    monkeypatch.setattr(stages_of, "plan_route", lambda p, cell, task: (task * cell.latency, task * cell.latency))
+    monkeypatch.setattr(
+        stages_of, "follow",
+        lambda p, cell, route, frames, q, fields: (q, Seen(jnp.sin(route) * p["policy.b"] * fields, jnp.zeros((), jnp.int32))),
+    )  # fmt: skip
+    monkeypatch.setattr(stages_of, "Episode", lambda path, record, final: SimpleNamespace(record=record))
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    yield SimpleNamespace(folder=tmp_path / "traced", used=used)
+    jax.config.update("jax_compilation_cache_dir", before)
+
+
+def summed(params, cell, world, run):
+    return jnp.sum(run.record.x)
+
+
+def line(latency: float, loss=summed, identity: str | None = "line") -> Values:
+    cell = replace(CELL, latency=latency, field=FieldPart(lambda p, frames: jnp.sum(frames), lambda *args: None))
+    names = ("potential.a", "policy.b")
+    stages = Stages(cell, (Loss("sum", "1", "", loss),), (1.0,), lambda v: Two(zip(names, v, strict=True)), names)
+    vectors, world = jnp.asarray([[2.0, 3.0]]), Small(*(jnp.asarray(x)[None] for x in ([0.3, 0.4], [1.0, 2.0], [0.0])))
+    return StagedGradient(stages, vectors, world, identity and f"{identity} {latency}")(vectors, world)
+
+
+def by_hand(latency: float) -> tuple[float, list[float]]:
+    w = latency * np.array([0.3, 0.4])
+    return float(9 * np.sin(2 * w).sum()), [float(9 * (w * np.cos(2 * w)).sum()), float(3 * np.sin(2 * w).sum())]
+
+
+def test_programs_from_disk_give_the_same(lines: SimpleNamespace) -> None:
+    for latency in (1.0, 5.0, 1.0):  # the third time from disk
+        found, (loss, gradient) = line(latency), by_hand(latency)
+        np.testing.assert_allclose(found.loss, [loss])
+        np.testing.assert_allclose(found.gradient, [gradient])
+    kept = sorted(lines.folder.iterdir())
+    assert len(kept) == 2 * 5, (
+        "plan, its reverse, fit, ticks and their reverse, without the loss of one's own; of two cells"
+    )
+    for gone in kept[::3]:
+        gone.unlink()
+    np.testing.assert_allclose(line(1.0).gradient, [by_hand(1.0)[1]])
+
+
+def test_a_loss_of_ones_own_is_never_from_disk(lines: SimpleNamespace) -> None:
+    first = line(1.0)
+    other = line(1.0, lambda *args: -summed(*args))
+    np.testing.assert_allclose(other.loss, -first.loss)
+    np.testing.assert_allclose(other.gradient, -first.gradient)
+
+
+def test_a_planner_that_ignores_the_chosen_parameter(lines: SimpleNamespace) -> None:
+    lines.used["plan"] = False
+    found = line(1.0, identity=None)
+    np.testing.assert_allclose(found.gradient, [[0.0, 3 * np.sin([0.3, 0.4]).sum()]])
