@@ -57,10 +57,11 @@ def problem(batch: int = BATCH) -> tuple[Stages, jax.Array, World]:
 
 
 SECOND = """
+import importlib
 import sys
 import jax
 jax.config.update("jax_compilation_cache_dir", sys.argv[1])
-from experiments.benchmark.grad import problem
+problem = importlib.import_module(sys.argv[3]).problem
 from hrcjax.tune.staged import StagedGradient
 print("seconds", StagedGradient(*problem(int(sys.argv[2])), "benchmark").compile_s)
 """
@@ -77,7 +78,7 @@ def run(repeat: int = 2, batch: int = BATCH) -> dict[str, dict[str, Any]]:
         finally:
             jax.config.update("jax_compilation_cache_dir", before)
         done = subprocess.run(
-            [sys.executable, "-c", SECOND, cache, str(batch)], capture_output=True, text=True, check=True
+            [sys.executable, "-c", SECOND, cache, str(batch), __name__], capture_output=True, text=True, check=True
         )
         second_s = float(done.stdout.split("seconds")[1])
     compile_s = gradient.compile_s

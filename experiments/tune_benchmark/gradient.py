@@ -22,5 +22,5 @@ def gradient(account: Account, config: TuneBenchmarkConfig, seed: int) -> None:
         loss, slope = account.gradients(np.asarray(state.vector[:count]))
         full_loss, full_slope = np.full(config.starts, np.nan), np.full(state.vector.shape, np.nan)
         full_loss[:count], full_slope[:count] = loss, slope
-        found = (jnp.asarray(x, slopes.dtype) for x in (full_loss, full_loss[:, None], full_slope))
+        found = (jnp.asarray(x, slopes.dtype) for x in (full_loss, full_loss[:, None, None], full_slope))
         state = step(state, Values(*found))
