@@ -23,7 +23,9 @@ FELT_BESIDE_OBSTACLES = {"plan.omega1", "plan.omega2", "potential.zeta", "policy
 @pytest.fixture(scope="session")
 def programs(cell: Cell):
     """Gradient, and values of many settings: each compiled once for both scenes."""
-    gradient = jax.jit(jax.grad(lambda params, world: episode_loss(params, cell, world)))
+    gradient = jax.jit(
+        jax.grad(lambda params, world: episode_loss(params, cell, world)), compiler_options=unrolled_options()
+    )
 
     def values(params, world):
         return jax.lax.map(lambda p: episode_loss(p, cell, world), params, batch_size=16)
