@@ -1,6 +1,6 @@
 """Value and gradient of a batch of complete episodes compared with the value alone, in float32 on all cores.
 
-Every numeric parameter of the default cell is differentiated, in reverse mode through plan, fields and all ticks, by the programs of
+K_att, K_rep and zeta of the default cell are differentiated, in reverse mode through plan and all ticks, by the programs of
 `hrcjax.tune.staged`; the loss is `progress`. `compile_s` is the time until all of them are compiled in a process that has nothing on
 disk, `second_process_s` the same in a new process that finds them there, `new_loss_s` the time for another loss, `sound`, in the first one.
 `share_of_ticks` is that of forward and reverse ticks in the time of value and gradient; the rest is plan, fields and loss.
@@ -27,6 +27,7 @@ from hrcjax.tune.staged import StagedGradient
 from hrcjax.tune.stages import Stages
 
 BATCH = 64
+KNOBS = ("potential.k_att", "potential.k_rep", "potential.zeta")
 SPREAD = 0.1
 """Largest change of the parameters in the batch [1]."""
 
@@ -46,7 +47,7 @@ def problem(batch: int = BATCH) -> tuple[Stages, jax.Array, World]:
     cell = make_cell()
     world = build_world(cell, "robotica", "reach_in", 0)
     cell = replace(cell, obstacles=int(np.sum(world.scene.mask)))  # as the programs do
-    names = leaf_names(Params())
+    names = {name: leaf_names(Params())[name] for name in KNOBS}
     losses, weights = parse_losses(["progress"])
     stages = Stages(
         cell, losses, weights, lambda v: set_leaves(Params(), dict(zip(names, v, strict=True))), tuple(names)
