@@ -49,7 +49,7 @@ layers: dev
 	$(BIN)/lint-imports
 
 pytest: dev
-	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile $(ARGS)
+	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --no-loadscope-reorder $(ARGS)
 
 test: lint types layers pytest
 

@@ -10,9 +10,10 @@ gradients. `safety`: the monitor's zones and limits. `guide`: path clock and mot
 least change of the command. `servo`: computed torque and the arm's dynamics, in substeps. `record`: what is kept of a tick.
 
 Rates are operations and bytes by the compiler's own count (`cost_analysis`), over the time. It counts a loop's body once: loops
-of known length within a part are added, others count one round. Exponentials and other functions are no operations in it.
-Bytes are those between the compiler's fused loops, whether a cache has them or not, and may exceed what the memory gives.
-The peaks are measured in the same run: a product of two matrices of 1024 x 1024, and x + 1 of 256 MB.
+of known length within a part are added, others count one round. Exponentials, roots, sines and their like are no operations in it, but
+counted apart (`_gfunction_per_s`). Bytes are those between the compiler's fused loops, whether a cache has them or not, and may exceed what the memory gives.
+The peaks are measured in the same run: a product of two matrices of 1024 x 1024, x + 1 of 256 MB, and the sum of exponentials of
+an array in the cache.
 """
 
 import time
@@ -39,6 +40,10 @@ MOST = 50
 """Largest number of times that a part is repeated in a round."""
 COPIED = 256_000_000
 """Bytes of the array that is read, and of the one that is written."""
+RAISED = 100_000
+"""Exponentials in a peak's call, times 100."""
+UNITS = {"gflop": "GFLOP/s", "gb": "GB/s", "gfunction": "1e9 functions/s"}
+"""What is counted, and the unit of its rate."""
 AXES = Setting(None, 0)  # pyright: ignore[reportArgumentType]
 """What of a setting is batched."""
 
@@ -71,13 +76,13 @@ def scan_part(cell: Cell, part: Part, kept: bool, setting: Setting, seen: Seen, 
 
 
 def inner_cost(jaxpr: Any, outer: bool = True) -> np.ndarray:
-    """Operations and bytes of the loops of known length within a scan of ticks, beyond the one round that is counted.
+    """Operations, bytes and functions of the loops of known length within a scan of ticks, beyond the one round that is counted.
 
     Args:
         jaxpr: of a program whose outermost scan is that of the ticks.
         outer: `jaxpr` lies outside of that scan.
     """
-    more = np.zeros(2)
+    more = np.zeros(3)
     for equation in jaxpr.eqns:
         looped = equation.primitive.name == "scan"
         for inside in equation.params.values():
@@ -94,13 +99,13 @@ def inner_cost(jaxpr: Any, outer: bool = True) -> np.ndarray:
 
 
 def cost(compiled: Any) -> np.ndarray:
-    """Operations and bytes by the compiler's count, one round of every loop."""
+    """Operations, bytes and functions by the compiler's count, one round of every loop."""
     found = compiled.cost_analysis() or {}
-    return np.array([found.get("flops", 0.0), found.get("bytes accessed", 0.0)])
+    return np.array([found.get(name, 0.0) for name in ("flops", "bytes accessed", "transcendentals")])
 
 
 def built(f: Callable[..., Any], *args: Any) -> tuple[Callable[[], Any], np.ndarray, float]:
-    """A call of the compiled program, operations and bytes of a tick, and the compile time [s]."""
+    """A call of the compiled program, operations, bytes and functions of a tick, and the compile time [s]."""
     begin = time.perf_counter()
     traced = jax.jit(f).trace(*args)
     program = traced.lower().compile(unrolled_options())
@@ -114,6 +119,8 @@ def peaks() -> dict[str, tuple[Callable[[], Any], float]]:
     square = jnp.ones((MATRIX, MATRIX), jnp.float32)
     large = jnp.zeros(COPIED // 4, jnp.float32)
     product, raised = jax.jit(jnp.matmul), jax.jit(lambda x: x + 1, donate_argnums=0)
+    small, rounds = jnp.linspace(-5.0, 0.0, RAISED, dtype=jnp.float32), jnp.linspace(0.0, 1.0, 100, dtype=jnp.float32)
+    exponentials = jax.jit(lambda x, moved: jax.lax.map(lambda y: jnp.sum(jnp.exp(x - y)), moved))
     kept = [large]
 
     def copied() -> None:  # in the same memory: new pages take longer than the copy
@@ -122,6 +129,7 @@ def peaks() -> dict[str, tuple[Callable[[], Any], float]]:
     return {
         "peak_gflop_per_s": (lambda: jax.block_until_ready(product(square, square)), 2.0 * MATRIX**3),
         "peak_gb_per_s": (copied, 2.0 * COPIED),
+        "peak_gfunction_per_s": (lambda: jax.block_until_ready(exponentials(small, rounds)), 100.0 * RAISED),
     }
 
 
@@ -199,16 +207,17 @@ def run(repeat: int = 5, ticks: int = TICKS, settings: int | None = None) -> dic
     best = best_times(calls, PARTS, repeat)
     rows: dict[str, dict[str, Any]] = {
         "whole_s": {"value": best["whole"], "unit": "s"},
-        **{name: {"value": 1e-9 * work / best[name], "unit": f"{name[5:-6].upper()}/s"} for name, (_, work) in limits.items()},
+        **{name: {"value": 1e-9 * work / best[name], "unit": UNITS[name[5:-6]]} for name, (_, work) in limits.items()},
     }  # fmt: skip
     shares = {name: best[name] / best["whole"] for name in PARTS}
     for name in ("whole", *PARTS):
-        operations, moved = 1e-9 * ticks * found[name][1] / best[name]
+        rates = 1e-9 * ticks * found[name][1] / best[name]
         if name in shares:
             rows[f"{name}_s"] = {"value": best[name], "unit": "s"}
             rows[f"{name}_share"] = {"value": shares[name], "unit": "1, of whole_s", "better": ""}
-        rows[f"{name}_gflop_per_s"] = {"value": float(operations), "unit": "GFLOP/s"}
-        rows[f"{name}_gb_per_s"] = {"value": float(moved), "unit": "GB/s", "better": ""}
+        for (what, unit), rate in zip(UNITS.items(), rates, strict=True):
+            better = {} if what == "gflop" else {"better": ""}
+            rows[f"{name}_{what}_per_s"] = {"value": float(rate), "unit": unit, **better}
     rows["rest_share"] = {"value": 1.0 - sum(shares.values()), "unit": "1, of whole_s", "better": ""}
     rows["parts_tool_difference"] = {
         "value": difference,

@@ -65,16 +65,18 @@ def closest(
     """
     time, samples = counts.shape[0], sampled.distance.shape[0]
     stride = -(-time // samples)
+    sampled = jax.lax.stop_gradient(sampled)
     at_samples = jnp.where(counts[::stride, None], sampled.distance, jnp.inf)
-    known = jnp.min(at_samples)
-    if stride == 1:
-        return known
-    limit, enough = (jnp.inf, -jnp.inf) if enough is None else (enough, enough)
     pairs = sampled.distance.shape[1]
+    found = jnp.argmin(at_samples).astype(jnp.int32)
+    known, tick, pair = jnp.min(at_samples), found // pairs * stride, found % pairs
+    if stride == 1:
+        return jnp.where(known < jnp.inf, distance(tick, pair), jnp.inf)
+    limit, enough = (jnp.inf, -jnp.inf) if enough is None else (enough, enough)
     later = jnp.arange(1, stride, dtype=jnp.int32)
     inner = jnp.arange(samples, dtype=jnp.int32)[:, None] * stride + later
     inside = counts[jnp.minimum(inner, time - 1)] & (inner < time)
-    bound = jax.lax.stop_gradient(least_between(sampled))
+    bound = least_between(sampled)
     bound = jnp.where(jnp.any(inside, axis=1)[:, None], bound, jnp.inf).reshape(-1)
 
     def unsettled(state: tuple[Array, ...]) -> Array:
@@ -94,7 +96,5 @@ def closest(
         pair = jnp.where(better, pairs_now[best // (stride - 1)].astype(pair.dtype), pair)
         return bound.at[which].set(jnp.inf), jnp.minimum(least, d[best]), tick, pair
 
-    none = jnp.zeros((), jnp.int32)
-    start = bound, jax.lax.stop_gradient(known), none, none
-    _, least, tick, pair = jax.lax.while_loop(unsettled, look, start)
-    return jnp.where(least < known, distance(tick, pair), known)
+    _, least, tick, pair = jax.lax.while_loop(unsettled, look, (bound, known, tick, pair))
+    return jnp.where(least < jnp.inf, distance(tick, pair), jnp.inf)

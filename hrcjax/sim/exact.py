@@ -1,5 +1,7 @@
 """Exact distances of the arm to the person and to obstacles over an episode, for its outcome."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -23,19 +25,24 @@ def person_distances(arm: Capsules, person: Capsules) -> Float[Array, "capsule o
     return jnp.where(person.radius[None, :] < 0, FAR, distances)
 
 
-def approach_speed(
+def separation_and_approach(
     cell: Cell, q: Joints, qd: Joints, person: Capsules, distances: Float[Array, "capsule other"]
-) -> Float[Array, ""]:
-    """The arm's own part in the decrease of the separation: the speed of its nearest point towards the person, who is held
-    [m/s]. 0 if nobody is there."""
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """The least distance to the person [m], FAR if nobody is there; the arm's own part in its decrease, which is the speed of
+    its nearest point towards the person, who is held [m/s], 0 if nobody is there.
+
+    Args:
+        distances: of every pair of capsules, to find the nearest; no derivative passes through them [m].
+    """
     i, j = jnp.unravel_index(jnp.argmin(distances), distances.shape)
 
     def nearest(q: Joints) -> Array:
         arm = arm_capsules(cell.arm, q)
         return capsule_distance(arm.a[i], arm.b[i], arm.radius[i], person.a[j], person.b[j], person.radius[j])
 
-    _, opening = jax.jvp(nearest, (q,), (qd,))
-    return jnp.where(person.radius[j] < 0, 0.0, -opening)
+    separation, opening = jax.jvp(nearest, (q,), (qd,))
+    nobody = person.radius[j] < 0
+    return jnp.where(nobody, FAR, separation), jnp.where(nobody, 0.0, -opening)
 
 
 def moving_links(cell: Cell, arm: Capsules) -> Capsules:
@@ -78,8 +85,15 @@ def least_separations(
     comes = jnp.pad(there[1:] != there[:-1], (0, -there.shape[0] % stride + 1)).reshape(-1, stride)
     jump = jnp.where(jnp.any(comes, axis=1), 4 * FAR, jnp.zeros((), distances.dtype))  # who comes or goes is anywhere
     way = travelled(arm, stride)[:, :, None] + travelled(person, stride)[:, None, :] + jump[:, None, None]
-    count = person.a.shape[1]
     sampled = Sampled(distances.reshape(distances.shape[0], -1), way.reshape(way.shape[0], -1))
+    fixed = pair_distance(*jax.lax.stop_gradient((arm, person)))  # whether they touch has no derivative
+    while_moving, while_standing = (closest(fixed, sampled, counts & some, 0.0) for some in (moving, ~moving))
+    return closest(pair_distance(arm, person), sampled, counts), while_moving < 0, while_standing < 0
+
+
+def pair_distance(arm: Capsules, person: Capsules) -> Callable[[Array, Array], Array]:
+    """The distance of a pair of capsules at a tick, pairs counted person by person for each of the arm [m]."""
+    count = person.a.shape[1]
 
     def at(tick: Array, pair: Array) -> Array:
         i, j = pair // count, pair % count
@@ -88,11 +102,7 @@ def least_separations(
         )  # fmt: skip
         return jnp.where(person.radius[tick, j] < 0, FAR, apart)
 
-    while_moving, while_standing = (
-        closest(at, sampled, counts & moving, 0.0),
-        closest(at, sampled, counts & ~moving, 0.0),
-    )
-    return closest(at, sampled, counts), while_moving < 0, while_standing < 0
+    return at
 
 
 def least_clearance(

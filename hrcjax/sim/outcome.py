@@ -11,12 +11,12 @@ from hrcjax.safety import assumed_human_speed, safe_distance, separation_distanc
 from hrcjax.sim.cell import Cell, World
 from hrcjax.sim.episode import Episode
 from hrcjax.sim.exact import (
-    approach_speed,
     least_clearance,
     least_separations,
     moving_links,
     sampled_obstacle_distances,
     sampled_person_distances,
+    separation_and_approach,
     thinned,
 )
 from hrcjax.sim.params import Params
@@ -83,9 +83,10 @@ def outcome(params: Params, cell: Cell, world: World, run: Episode) -> Outcome:
     arm = jax.vmap(lambda q: arm_capsules(cell.arm, q))(record.q)
     person = jax.vmap(lambda t: person_at(world.person, t))(times)
     seldom = thinned(person, k)
-    to_person = sampled_person_distances(thinned(arm, k), seldom)
-    separation = jnp.min(to_person, axis=(1, 2))
-    approach = jax.vmap(lambda *at: approach_speed(cell, *at))(record.q[::k], record.qd[::k], seldom, to_person)
+    to_person = sampled_person_distances(*jax.lax.stop_gradient((thinned(arm, k), seldom)))
+    separation, approach = jax.vmap(lambda *at: separation_and_approach(cell, *at))(
+        record.q[::k], record.qd[::k], seldom, to_person
+    )
     links = moving_links(cell, arm)
     to_obstacles = sampled_obstacle_distances(world.scene, thinned(links, k))
     obstacles = jnp.min(to_obstacles, axis=1)

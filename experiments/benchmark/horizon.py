@@ -1,0 +1,80 @@
+"""The gradient of whole episodes over their length, against central differences, in double precision: a check, not a speed.
+
+K_att, K_rep and zeta of the default cell, logarithms of all three, loss `progress`, in four worlds: scenes robotica and hri, people
+who reach in and pass by. `error` is the largest difference between derivative and central difference, relative to the difference, of
+any knob in any world; `norm` is that of the gradient of the mean loss, which would explode or vanish with the horizon if the
+loop amplified or forgot small changes. Where a switch of the closed loop lies between the two points of a difference, the derivative is that of
+one side: `within` is the share of derivatives that agree within 1e-3.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.cells import build_world, make_cell
+from hrcjax.lab.parameters import leaf_names, set_leaves
+from hrcjax.sim import Params
+from hrcjax.tune import parse_losses
+from hrcjax.tune.staged import StagedGradient
+from hrcjax.tune.stages import Stages
+
+from .grad import KNOBS
+
+SECONDS = (1, 10, 30)
+WORLDS = (("robotica", "reach_in"), ("robotica", "pass_by"), ("hri", "reach_in"), ("hri", "pass_by"))
+STEP = 1e-5
+"""Of a logarithm, to either side [1]."""
+AGREE = 1e-3
+
+
+def doubled(tree: Any) -> Any:
+    """A tree with its floating arrays in double precision."""
+    return jax.tree.map(
+        lambda a: jnp.asarray(a, jnp.float64) if jnp.issubdtype(jnp.result_type(a), jnp.inexact) else jnp.asarray(a), tree
+    )  # fmt: skip
+
+
+def slopes(seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives and central differences (world, knob) of episodes of a length [s]."""
+    cell = make_cell()
+    cell = replace(cell, ticks=round(seconds / cell.dt))
+    worlds = [build_world(cell, *names, 0) for names in WORLDS]
+    cell = replace(cell, obstacles=max(int(np.sum(world.scene.mask)) for world in worlds))
+    start = {name: leaf_names(Params())[name] for name in KNOBS}
+    losses, weights = parse_losses(["progress"])
+    with jax.enable_x64(True):
+        params = doubled(Params())
+        stacked = doubled(jax.tree.map(lambda *rows: np.stack(rows), *worlds))
+        stages = Stages(
+            cell, losses, weights, lambda v: set_leaves(params, dict(zip(start, jnp.exp(v), strict=True))), tuple(start)
+        )
+        move = STEP * np.eye(len(start))
+        at = np.log(np.array(list(start.values())))
+        points = jnp.asarray(np.concatenate([at[None], at + move, at - move]), jnp.float64)
+        derivatives, differences = [], []
+        program = None
+        for k in range(len(worlds)):
+            one = jax.tree.map(lambda a, k=k: a[k : k + 1], stacked)
+            program = program or StagedGradient(stages, points, one)
+            found = program(points, one)
+            loss = np.asarray(found.loss)
+            derivatives.append(np.asarray(found.gradient)[0])
+            differences.append((loss[1 : 1 + len(at)] - loss[1 + len(at) :]) / (2 * STEP))
+    return np.stack(derivatives), np.stack(differences)
+
+
+def run(horizons: tuple[float, ...] = SECONDS) -> dict[str, dict[str, Any]]:
+    """Rows of the section."""
+    rows: dict[str, dict[str, Any]] = {}
+    for seconds in horizons:
+        by_chain, by_difference = slopes(seconds)
+        error = np.abs(by_chain - by_difference) / np.maximum(np.abs(by_difference), 1e-9)
+        mark = f"{seconds:g}_s"
+        rows[f"error_{mark}"] = {"value": float(error.max()), "unit": "1", "better": "low"}
+        rows[f"within_{mark}"] = {"value": float((error <= AGREE).mean()), "unit": "1", "better": "high"}
+        rows[f"norm_{mark}"] = {"value": float(np.linalg.norm(by_chain.mean(axis=0))), "unit": "1", "better": ""}
+        rows[f"not_finite_{mark}"] = {"value": float((~np.isfinite(by_chain)).sum()), "unit": "1", "better": "low"}
+    return rows
