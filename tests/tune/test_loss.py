@@ -1,19 +1,16 @@
-"""The staged gradient of the declared losses by every numeric parameter, through whole episodes, against central differences."""
+"""The gradient of an episode's loss by every numeric parameter, against central differences."""
 
-from dataclasses import replace
-from typing import Any
-
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from hrcjax.lab.parameters import leaf_names, set_leaves
+from hrcjax.numerics import unrolled_options
 from hrcjax.plan import PathParams
-from hrcjax.sim import Cell, Params, World
-from hrcjax.tune import LOSSES
-from hrcjax.tune.staged import StagedGradient
-from hrcjax.tune.stages import Stages
+from hrcjax.sim import Cell, Params
+from hrcjax.tune import episode_loss
 
 FELT = {  # differences that are well above rounding in both scenes
     "policy.target.kp", "policy.target.kd", "policy.target.metric_max",
@@ -21,86 +18,56 @@ FELT = {  # differences that are well above rounding in both scenes
 }  # fmt: skip
 FELT_BESIDE_OBSTACLES = {"plan.omega1", "plan.omega2", "potential.zeta", "policy.collision.r_act", "motion.leash"}
 """Without obstacles the best path is straight, whatever the weights; what stands does not depend on the kernel."""
-WEIGHTS = {"jerk": 0.1, "effort": 0.1, "energy": 0.1}
-PARAMS = jax.tree.map(
-    lambda leaf: jnp.asarray(leaf, jnp.float64),
-    set_leaves(Params(plan=PathParams()), {"motion.speed": 0.5}),  # so that within the episode the columns are felt
-)
-NAMES = {name: float(value) for name, value in leaf_names(PARAMS).items()}
-START = np.array(list(NAMES.values()))
-
-
-def one_world(world: World) -> World:
-    """A stack of one."""
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], world)
 
 
 @pytest.fixture(scope="session")
 def programs(cell: Cell):
-    """The staged gradient of the setting and both neighbours by every parameter, compiled once for both scenes."""
-    losses = tuple(loss for loss in LOSSES.values() if loss.of_episode)
-    weights = tuple(WEIGHTS.get(loss.name, 1.0) for loss in losses)
-    stages = Stages(
-        cell, losses, weights, lambda v: set_leaves(PARAMS, dict(zip(NAMES, v, strict=True))), tuple(NAMES)
+    """Gradient, and values of many settings: each compiled once for both scenes."""
+    gradient = jax.jit(
+        jax.grad(lambda params, world: episode_loss(params, cell, world)), compiler_options=unrolled_options()
     )
-    made: dict[str, StagedGradient] = {}
 
-    def program(points: Any, worlds: World) -> StagedGradient:
-        if not made:
-            made["one"] = StagedGradient(stages, points, worlds)
-        return made["one"]
+    def values(params, world):
+        return jax.lax.map(lambda p: episode_loss(p, cell, world), params, batch_size=16)
 
-    return program
+    return gradient, jax.jit(values, compiler_options=unrolled_options())
 
 
-def points(relative: float) -> np.ndarray:
-    """The setting, and every parameter moved up, then down."""
-    moves = np.diag(relative * np.maximum(np.abs(START), 1e-6))
-    return np.concatenate([START[None], START + moves, START - moves])
-
-
-def differences(loss: np.ndarray, relative: float):
+def differences(params, names, program, world, relative):
     """Central difference by each parameter, and what rounding of the two values may add to it."""
-    steps, size = relative * np.maximum(np.abs(START), 1e-6), len(START)
-    return (loss[1 : 1 + size] - loss[1 + size :]) / (2 * steps), 1e-12 * np.abs(loss).max() / steps
+    size = {name: relative * max(abs(value), 1e-6) for name, value in names.items()}
+    rows = [(name, sign) for name in names for sign in (1, -1)]
+    batch = {
+        name: jnp.asarray([value + sign * size[name] * (name == moved) for moved, sign in rows])
+        for name, value in names.items()
+    }
+    values = np.asarray(program(set_leaves(params, batch), world)).reshape(-1, 2)
+    steps = np.array(list(size.values()))
+    return (values[:, 0] - values[:, 1]) / (2 * steps), 1e-12 * np.abs(values).max() / steps
 
 
 @pytest.mark.slow
-def test_gradient_by_every_parameter_equals_finite_differences(cell, world, programs):
-    worlds = one_world(world)
-    program = programs(jnp.asarray(points(1e-4)), worlds)
-    found = program(jnp.asarray(points(1e-4)), worlds)
-    assert np.isfinite(found.terms).all() and np.isfinite(found.gradient).all() and program.clipped == 0
-    gradient = np.asarray(found.gradient)[0]
-    wide, rounding = differences(np.asarray(found.loss), 1e-4)
+def test_gradient_of_every_parameter_equals_finite_differences(world, programs):
+    grad_program, value_program = programs
+    params = eqx.tree_at(
+        lambda p: p.motion.speed, Params(plan=PathParams()), 0.5
+    )  # so that within the episode the columns are felt
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), params)
+    names = {name: float(value) for name, value in leaf_names(params).items()}
+    gradient = np.array(list(leaf_names(grad_program(params, world)).values()))
+    assert np.isfinite(gradient).all()
+
+    wide, rounding = differences(params, names, value_program, world, 1e-4)
     right = np.abs(gradient - wide) <= 1e-3 * np.abs(wide) + rounding
     # Where a switch of the path clock lies within the wide step, the narrow one decides, if rounding allows.
-    narrow, rounding_narrow = differences(np.asarray(program(jnp.asarray(points(1e-6)), worlds).loss), 1e-6)
+    narrow, rounding_narrow = differences(params, names, value_program, world, 1e-6)
     error = np.abs(gradient - narrow)
     right |= (error <= 1e-3 * np.abs(narrow)) & (rounding_narrow < 1e-2 * np.abs(narrow))
     assert right.all(), "\n".join(
         f"{name}: gradient {gradient[i]:.6g}, differences {wide[i]:.6g} and {narrow[i]:.6g}"
-        for i, name in enumerate(NAMES)
+        for i, name in enumerate(names)
         if not right[i]
     )
-    felt = {name for i, name in enumerate(NAMES) if abs(wide[i]) > 10 * rounding[i]}
+    felt = {name for i, name in enumerate(names) if abs(wide[i]) > 10 * rounding[i]}
     beside = bool(np.asarray(world.scene.mask).any())
     assert felt >= FELT | (FELT_BESIDE_OBSTACLES if beside else set())
-    terms = np.asarray(found.terms)[0]
-    assert (terms >= 0).all() and float(found.loss[0]) == pytest.approx(np.dot(program.stages.weights, terms))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("world", ["robotica"], indirect=True)
-def test_a_new_loss_is_the_old_one_where_it_was_a_term(cell, world, programs):
-    worlds, start = one_world(world), jnp.asarray(points(1e-4))
-    program = programs(start, worlds)
-    before, stages = program(start, worlds), program.stages
-    program.new_loss(replace(stages, losses=stages.losses[:1], weights=(2.0,)))
-    again = program(start, worlds)
-    program.new_loss(stages)
-    np.testing.assert_allclose(again.loss, 2 * before.each[:, 0, 0], rtol=1e-12)
-    wide, rounding = differences(np.asarray(again.loss), 1e-4)
-    names = [k for k, name in enumerate(NAMES) if name in ("policy.target.kp", "motion.clock.jerk", "potential.zeta")]
-    gradient = np.asarray(again.gradient)[0]
-    assert (np.abs(gradient - wide) <= 2e-3 * np.abs(wide) + rounding)[names].all()
