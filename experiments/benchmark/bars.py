@@ -10,7 +10,12 @@ BARS = {
         "value_ratio_to_exp": ("<=", 3.0),
         "value_grad_ratio_to_exp": ("<=", 6.0),
     },
-    "grad": {"ratio_to_forward": ("<=", 3.0), "compile_s": ("<=", 35.0)},
+    "grad": {
+        "ratio_to_forward": ("<=", 3.0),
+        "compile_s": ("<=", 35.0),
+        "new_loss_s": ("<=", 3.0),
+        "second_process_s": ("<=", 6.0),
+    },
     "sweep": {"ratio_to_serial": (">=", 15.0)},
     "map": {
         "p95_ms": ("<", 33.0),

@@ -51,7 +51,7 @@ the bootstrap over worlds, with all seeds of a method in each, and over its seed
 {losses}
 
 ## Figures
-In the run's folder, `{folder}/figures`: {figures}.
+In the run's folder, `{folder}/figures`: {figures}. What each method ended with is in `{folder}/choices`, for `--params` of the programs.
 """
 
 

@@ -11,6 +11,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,16 +24,19 @@ from hrcjax.lab.provenance import file_digest, fingerprint, provenance, versions
 from hrcjax.lab.rows import read_results
 from hrcjax.lab.writable import check_writable
 from hrcjax.tune import choose, parse_losses
+from hrcjax.tune.tuned import write_tuned
 
+from ..tune.overlap import digests
 from ..tune.problem import Problem, named_cell, world_names
 from ..tune.run import identity as tuning_identity
 from .account import Race
+from .compare import known
 from .config import BY_GRADIENT, METHODS, TuneBenchmarkConfig
 from .forward import Forward
 from .grid_sweep import grid_settings, grid_vectors
 from .methods import ONE_SEED, Entry, played
 from .page import page
-from .problem import Build, race_problem, refuse_yardsticks, tune_config
+from .problem import SCORE, Build, race_problem, refuse_yardsticks, tune_config
 from .results import Found, rows, table, verdicts
 from .slopes import Slopes
 
@@ -41,6 +45,8 @@ NO_RESULT = ("config", "methods", "seeds_of_methods", "smooth", "seed", "out", "
 AFTERWARDS = ("compare.py", "results.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py")
 """Files that only read what methods found."""
 SECTION = "tune_benchmark"
+CHOICES = "choices"
+"""Folder of the parameters that each method ended with."""
 
 
 def check(config: TuneBenchmarkConfig) -> None:
@@ -185,6 +191,7 @@ def _write(
     config: TuneBenchmarkConfig, found: Found, problem: Problem, origin: dict[str, Any], folder: Path, line: str
 ) -> None:
     sections = {SECTION: rows(found)}
+    _write_choices(config, found, problem, origin, folder / CHOICES, line)
     write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())
     if config.json:
         write_bytes(config.json, (json.dumps(read_results(config.json) | sections, indent=1) + "\n").encode())
@@ -197,3 +204,19 @@ def _write(
         said = {"command": line, "folder": str(folder), "figures": "; ".join(drawn)}
         used = origin | {"versions": origin["versions"] | {"cmaes": metadata.version("cmaes"), "optax": metadata.version("optax")}}  # fmt: skip
         write_bytes(config.page, page(found, problem, config, used, said).encode())
+
+
+def _write_choices(
+    config: TuneBenchmarkConfig, found: Found, problem: Problem, origin: dict[str, Any], folder: Path, line: str
+) -> None:
+    """Every choice as a file that --params of the programs reads."""
+    folder.mkdir(exist_ok=True)
+    training = {str(name): digests(problem.parts(world)) for name, world in problem.training.items()}
+    for method, entries in found.entries.items():
+        for seed, entry, scores in zip(config.seeds_of_methods, entries, known(found.scores[method]), strict=False):
+            values = np.asarray(problem.chosen.values(jnp.asarray(entry.vector)), float)
+            above = "\n".join([
+                f"Parameters that {method} ended with, seed {seed}.", "", f"Command: {line}", f"Code: {origin['commit']}",
+                f"{SCORE}: {entry.score:.2f} in training, {scores.mean():.2f} in {len(scores)} held-out worlds",
+            ])  # fmt: skip
+            write_tuned(folder / f"{method}-{seed}.toml", dict(zip(problem.chosen.names, values, strict=True)), above, training)  # fmt: skip

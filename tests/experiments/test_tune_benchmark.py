@@ -29,6 +29,7 @@ from experiments.tune_benchmark.starts import starting
 from hrcjax.lab.case_store import RunStore
 from hrcjax.lab.errors import UsageError
 from hrcjax.tune import LOSSES, choose
+from hrcjax.tune.tuned import read_training, read_tuned
 
 CONFIG = TuneBenchmarkConfig(
     params=("K_att=0.01:0.2", "K_rep=1e-6:1e-3", "zeta=1.2:5"), loss=("sound=1",), scenes=("robotica",), people=("reach_in",),
@@ -147,6 +148,16 @@ def test_page_rows_and_figures(whole: Path) -> None:
     assert "progress.png" in page and "('robotica', 'pass_by', 7)" in page and "{" not in page
     assert {path.name for path in (whole / "run/figures").iterdir()} == {"progress.png", "held_out.png"}
     assert {f"{m}_score" for m in METHODS} <= values(whole).keys()
+
+
+def test_choices_are_files_that_programs_read(whole: Path) -> None:
+    files = {path.stem: path for path in (whole / "run/choices").iterdir()}
+    assert {"defaults-0", "sweep-0", "gradient-0", "gradient-1", "cma_es-1", "random_smooth-0"} <= files.keys()
+    read = read_tuned(files["gradient-1"], "--params")
+    chosen = choose(CONFIG.params, NAMED.params, NAMED.known_aliases(), NAMED.known_domains())
+    vector, _, _ = ended(whole / "run")["gradient-1"]
+    np.testing.assert_allclose([read[name] for name in chosen.names], chosen.values(jnp.asarray(vector)), rtol=1e-12)
+    assert len(read_training(files["gradient-1"], "--params")) == 2
 
 
 def test_a_killed_run_resumes_to_the_same(whole: Path, tmp_path: Path, monkeypatch) -> None:
