@@ -53,13 +53,13 @@ begin = time.monotonic()
 # %% [markdown]
 # ## A short episode
 #
-# The scene of the Robotica paper and 4 seconds, in which a slow arm does not arrive. A person reaches in. Sensing is at twice the
+# The scene of the Robotica paper and 8 seconds, in which a slow arm does not arrive. A person passes by. Sensing is at twice the
 # usual spacing, and the planner is the paper's, of the tool alone, to be quick.
 
 # %%
 cell = replace(
     make_cell(),
-    ticks=500,
+    ticks=1000,
     plan=potential_planner(PlanSizes(steps=60, waypoints=24, iterations=8)),
     moving_points=256,
     obstacles=4,
@@ -68,7 +68,7 @@ cell = replace(
     voxels=VoxelLayout((-2.0, -2.0, 0.0), (40, 40, 14), 0.1),
 )
 scene = scene_named("robotica", 0)
-person = motion_named("reach_in", scene, 0, cell.ticks * cell.dt, 30.0)
+person = motion_named("pass_by", scene, 0, cell.ticks * cell.dt, 30.0)
 world = make_world(cell, scene, person, cell_rig(scene, decimation=8), jax.random.key(0), SenseParams(settled=1000.0))
 print(f"a world after {time.monotonic() - begin:.0f} s")
 
