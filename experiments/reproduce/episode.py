@@ -15,7 +15,18 @@ import numpy as np
 from hrcjax.geom.segment import point_segment_distance
 from hrcjax.metrics.score import ScoreParams, collision_risk, obstacle_proximity, safe_navigation, task_time_score
 from hrcjax.plan import PathCurve, PotentialParams, law_speed, path_curve
-from hrcjax.safety import ClockParams, ClockState, SafetyParams, ZoneState, advance, initial_clock, initial_zone, update_zone, zone_speed, zone_thresholds  # fmt: skip
+from hrcjax.safety import (  # fmt: skip
+    ClockParams,
+    ClockState,
+    SafetyParams,
+    ZoneState,
+    advance,
+    initial_clock,
+    initial_zone,
+    update_zone,
+    zone_speed,
+    zone_thresholds,
+)
 from hrcjax.typing import Array, Bool, Float, Int
 from hrcjax.world import Person, motion_named, obstacle_distances, person_at, robotica
 
@@ -79,15 +90,16 @@ def played(curve: PathCurve, person: Person, zones: Bool[Array, ""]) -> Tick:
     return jax.lax.scan(tick, (initial_clock(dtype), initial_zone(dtype)), times)[1]
 
 
-def episode_case(waypoints: Any) -> Mapping[str, Any]:
-    """Arrays with a leading axis: without zones, with zones; of columns, whose path `waypoints` is [m]."""
+def episode_case(reading: str, waypoints: Any) -> Mapping[str, Any]:
+    """Arrays with a leading axis: without zones, with zones; along a path in a reading [m]."""
     with jax.enable_x64(True):
         curve = path_curve(jnp.asarray(waypoints, jnp.float64))
-        scene = robotica("columns", jnp.float64)
+        scene = robotica(reading, jnp.float64)
         person = motion_named(PERSON, scene, 0, DURATION)
         run = jax.jit(jax.vmap(played, in_axes=(None, None, 0)))(curve, person, jnp.asarray([False, True]))
         limits = zone_thresholds(SafetyParams())
         return {
+            "reading": np.array(reading),
             "time": DT * np.arange(round(DURATION / DT)),
             "thresholds": np.array([float(limits.stop), float(limits.yellow), float(limits.green)]),
             **{name: np.asarray(getattr(run, name)) for name in run.__dataclass_fields__},
@@ -106,7 +118,7 @@ NAMES = ("task_time", "safe_navigation", "obstacle_proximity", "collision_risk")
 
 def measures(case: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     """Table IX's measures that a path of the tool has, in percent, without and with zones, until the arrival."""
-    scene, ends = row_scene("columns", SCENE), [arrival(case, run) for run in (0, 1)]
+    scene, ends = row_scene(str(case["reading"]), SCENE), [arrival(case, run) for run in (0, 1)]
 
     def one(end: Array, tool: Float[Array, "time 3"], gap: Float[Array, "time"]) -> tuple[Array, ...]:
         mask = jnp.asarray(case["time"]) <= end

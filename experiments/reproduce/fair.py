@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hrcjax.plan.descent import STEP_TIME
 
-from .paths import SCENE, ZETAS, measured, to_goal
+from .paths import DEFAULT, SCENE, ZETAS, measured, to_goal
 from .printed import GOAL, START, TIMES
 from .readings import row_scene
 
@@ -67,7 +67,9 @@ def median_search(case: Mapping[str, NDArray]) -> int | None:
     return int(found[(len(found) - 1) // 2]) if len(found) else None
 
 
-def common_paths(times: Mapping[str, NDArray], paths: Mapping[str, NDArray], rrt: Mapping[str, NDArray] | None) -> dict[str, tuple[str, NDArray, float]]:
+def common_paths(
+    times: Mapping[str, NDArray], paths: Mapping[str, NDArray], rrt: Mapping[str, NDArray] | None
+) -> dict[str, tuple[str, NDArray, float]]:
     """Key -> name, points [m], time by unit steps [s], of every planner in the common scene."""
     k = [row.key for row in TIMES].index(SCENE.key)
     nan = float("nan")
@@ -76,8 +78,8 @@ def common_paths(times: Mapping[str, NDArray], paths: Mapping[str, NDArray], rrt
         "gda": ("gradient descent as printed", to_goal(times["gda_path"][k], int(times["gda_steps"][k])), float(times["gda"][k])),
         "iapf": ("improved field, unit steps", to_goal(times["iapf_path"][k], int(times["iapf_steps"][k])), float(times["iapf"][k])),
         "damped": ("improved field, damped steps", paths["damped"], nan),
-        "planned": ("planned, outside the obstacles", paths["planned"][0, 1], nan),
-        "planned_zeta": (f"planned, {ZETAS[1]:g} radii from centres and axes", paths["planned"][1, 1], nan),
+        "planned": ("planned, outside the obstacles", paths["planned"][0, DEFAULT], nan),
+        "planned_zeta": (f"planned, {ZETAS[-1]:g} radii from centres and axes", paths["planned"][-1, DEFAULT], nan),
     }  # fmt: skip
     if rrt is not None and (chosen := median_search(rrt)) is not None:
         out["rrt"] = ("RRT*, median of the searches", rrt["path"][chosen], nan)
@@ -89,7 +91,7 @@ def fair_rows(
 ) -> Sequence[FairRow]:
     """The table of one reading."""
     scene = row_scene(reading, SCENE)
-    return [
-        FairRow(key, name, *measured(path, scene), law)
-        for key, (name, path, law) in common_paths(times, paths, rrt).items()
-    ]
+    shown = common_paths(times, paths, rrt)
+    if reading == "clearance":  # the solids hold that distance already
+        del shown["planned_zeta"]
+    return [FairRow(key, name, *measured(path, scene), law) for key, (name, path, law) in shown.items()]

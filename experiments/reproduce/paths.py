@@ -24,10 +24,12 @@ SCENE = next(row for row in TIMES if row.key == "I.4")
 SIZES = PlanSizes(iterations=20)
 POINTS = 74
 """Equally spaced points by which a path's bending energy is measured: 1 cm apart on the straight line."""
-ZETAS = (1.0, 4.0)
-"""Distance from centres and axes that the optimiser keeps: outside the obstacle, and the paper's [radii]."""
+ZETAS = (1.0, 2.0, 3.0, 4.0)
+"""Distance from centres and axes that planned paths keep, the first outside the obstacle, the last the paper's [radii]."""
 BENDING_WEIGHTS = (1e-4, 1e-2, 1e-1)
 """omega2 of table VIII's counterparts: the shortest path, the default, the straightest [m]."""
+DEFAULT = 1
+"""The default's place among them."""
 
 
 class Measured(NamedTuple):
@@ -52,7 +54,9 @@ def even(path: NDArray, count: int) -> NDArray:
 def clearance(points: NDArray, scene: Scene) -> float:
     """Least distance of points to the surfaces of balls and columns; infinite without obstacles [m]."""
     least = np.inf
-    for kind, center, size in zip(*(np.asarray(x)[np.asarray(scene.mask)] for x in (scene.kind, scene.center, scene.size)), strict=True):
+    for kind, center, size in zip(
+        *(np.asarray(x)[np.asarray(scene.mask)] for x in (scene.kind, scene.center, scene.size)), strict=True
+    ):
         if kind == COLUMN:
             across = np.linalg.norm(points[:, :2] - center[:2], axis=1) - size[0]
             along = np.abs(points[:, 2] - center[2]) - size[2]

@@ -96,7 +96,11 @@ class PathRow(NamedTuple):
     """Normalised score, the lower the better [1]."""
 
 
-PATHS = (PathRow("BC-1", 78.31, 0.05, 0.5), PathRow("BC-2", 79.87, 0.03, 0.54), PathRow("Optimal Path", 78.64, 0.03, 0.12))
+PATHS = (
+    PathRow("BC-1", 78.31, 0.05, 0.5),
+    PathRow("BC-2", 79.87, 0.03, 0.54),
+    PathRow("Optimal Path", 78.64, 0.03, 0.12),
+)
 """Table VIII. Its lengths and bending energies are rounded to 0.01."""
 
 FORMULAS = {

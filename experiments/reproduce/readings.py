@@ -36,7 +36,8 @@ def row_scene(reading: str, row: TimeRow) -> Scene:
             solid = r if reading == "spheres" else row.zeta * r
             obstacles.append(Obstacle(SPHERE, (x, y, z), (solid, solid, solid), 0.0, r))
     start, goal = ([value / 100 for value in spot] for spot in (START, GOAL))
-    return make_scene(obstacles, start, goal, LOWER, UPPER, jnp.float64, capacity=len(OBSTACLES))
+    with jax.enable_x64(True):
+        return make_scene(obstacles, start, goal, LOWER, UPPER, jnp.float64, capacity=len(OBSTACLES))
 
 
 def stacked(scenes: Sequence[Scene]) -> Scene:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .episode import arrival, measures
-from .fair import FairRow, fair_rows, median_search, printed_steps, time_at_one_speed
+from .fair import ARRIVAL, COMMON_SPEED, FairRow, fair_rows, median_search, printed_steps, time_at_one_speed
 from .paths import SCENE
 from .printed import LEADS, PATHS, RELATIVE_PRINTED, TIMES, TIMES_CAPTION, TimeRow
+from .rrt_star import STAGES
 from .scores import closest_scores, relative_of_table_ten, scores_of, table_ten
 
 Case = Mapping[str, NDArray]
@@ -25,7 +26,14 @@ BARS: dict[str, tuple[str, float]] = {
     "VIII_worst": ("<=", 0.005),
     "X_relative_difference": ("<=", 0.005),
 }
+TELLING = "columns"
+"""The reading in which an obstacle is in the way; figures, the episode and long searches show it."""
 PLANNERS = {"iapf": "improved field", "gda": "gradient descent", "rrt": "RRT*"}
+
+
+def told(readings: Sequence[str]) -> str:
+    """The reading that figures show: `TELLING`, or the first of the run."""
+    return TELLING if TELLING in readings else readings[0]
 
 
 def row(value: Any, unit: str) -> dict[str, Any]:
@@ -57,7 +65,9 @@ def worst(cases: Cases, reading: str, table: str) -> float:
 
 def fair_of(cases: Cases, reading: str) -> Sequence[FairRow]:
     """The table at one speed."""
-    return fair_rows(reading, cases[f"times/{reading}"], cases[f"paths/{reading}"], cases.get(f"rrt/{reading}-{SCENE.key}"))
+    return fair_rows(
+        reading, cases[f"times/{reading}"], cases[f"paths/{reading}"], cases.get(f"rrt/{reading}-{SCENE.key}")
+    )
 
 
 def time_rows(cases: Cases, reading: str) -> Rows:
@@ -107,6 +117,9 @@ def printed_rows() -> Rows:
     for name, ends in printed_steps().items():
         for end, value in zip(("min", "max"), ends, strict=True):
             rows[f"printed_step_{name}_{end}"] = row(100 * value, "cm")
+    searched = [one.rrt for one in TIMES if one.rrt is not None]
+    for end, seconds in (("min", min(searched)), ("max", max(searched))):
+        rows[f"printed_rrt_length_{end}"] = row(100 * (seconds * COMMON_SPEED + ARRIVAL), "cm")
     return rows
 
 
@@ -121,6 +134,11 @@ def all_rows(cases: Cases, readings: Sequence[str]) -> Rows:
             rows[f"fair_{one.key}_bending_{reading}"] = row(one.bending / 100, "1/cm")
             rows[f"fair_{one.key}_clearance_{reading}"] = row(100 * one.clearance, "cm")
     rows |= score_rows() | printed_rows()
+    if "rrt-long" in cases:
+        for k, stage in enumerate(STAGES):
+            length = float(np.median(cases["rrt-long"]["best"][:, k]))
+            rows[f"rrt_length_{stage}_{told(readings)}"] = row(100 * length, "cm")
+            rows[f"rrt_time_{stage}_{told(readings)}"] = row(time_at_one_speed(length), "s")
     if "episode" in cases:
         episode = cases["episode"]
         for run, name in enumerate(("without", "with")):
@@ -130,5 +148,3 @@ def all_rows(cases: Cases, readings: Sequence[str]) -> Rows:
             for run, value in zip(("without", "with"), pair, strict=True):
                 rows[f"episode_{name}_{run}"] = row(value, "%")
     return rows
-
-

@@ -41,7 +41,9 @@ def free_of(reading: str, row: TimeRow) -> Callable[[float, float, float], bool]
     scene = row_scene(reading, row)
     solids = [
         (int(kind), *map(float, center), float(size[0]), float(size[2]))
-        for kind, center, size, there in zip(*map(np.asarray, (scene.kind, scene.center, scene.size, scene.mask)), strict=True)
+        for kind, center, size, there in zip(
+            *map(np.asarray, (scene.kind, scene.center, scene.size, scene.mask)), strict=True
+        )
         if there
     ]
 
@@ -111,4 +113,8 @@ def rrt_case(reading: str, row: TimeRow, seeds: int, samples: int) -> Mapping[st
     for k, path in enumerate(paths):
         if len(path):
             padded[k] = path[np.minimum(np.arange(longest), len(path) - 1)]
-    return {"length": np.linalg.norm(np.diff(padded, axis=1), axis=2).sum(axis=1), "path": padded, "best": np.stack([best for _, best in found])}
+    return {
+        "length": np.linalg.norm(np.diff(padded, axis=1), axis=2).sum(axis=1),
+        "path": padded,
+        "best": np.stack([best for _, best in found]),
+    }

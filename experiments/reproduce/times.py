@@ -9,7 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.plan import GradientDescentParams, PotentialParams, gradient_descent_path, potential_path, time_to_goal, unit_step
+from hrcjax.plan import (
+    GradientDescentParams,
+    PotentialParams,
+    gradient_descent_path,
+    potential_path,
+    time_to_goal,
+    unit_step,
+)
 from hrcjax.plan.descent import STEP_TIME
 from hrcjax.typing import Array, Bool, Float, Int
 from hrcjax.world.scene import Scene, obstacle_distances
@@ -76,6 +83,8 @@ def timed(improved: PotentialParams, gradient: GradientDescentParams, scene: Sce
 def times_case(reading: str, rows: Sequence[TimeRow] = TIMES) -> Mapping[str, NDArray]:
     """Arrays of `Timed` with a leading axis of rows."""
     with jax.enable_x64(True):
-        batch: Any = [jax.tree.map(lambda *x: jnp.stack(x), *map(make, rows)) for make in (improved_params, gradient_params)]
+        batch: Any = [
+            jax.tree.map(lambda *x: jnp.stack(x), *map(make, rows)) for make in (improved_params, gradient_params)
+        ]
         found = jax.jit(jax.vmap(timed))(*batch, stacked([row_scene(reading, row) for row in rows]))
         return {name: np.asarray(getattr(found, name)) for name in found.__dataclass_fields__}
