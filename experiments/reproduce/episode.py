@@ -35,7 +35,8 @@ from .readings import row_scene
 
 DT, DURATION = 0.008, 12.0
 """Control period and length of the episode [s]."""
-PERSON = "reach_in"
+PERSON, REACH = "reach_in", 5.0
+"""Motion of the person, and how long it takes [s]."""
 ARRIVED = 0.01
 """Way that remains at the arrival [m]."""
 
@@ -95,7 +96,7 @@ def episode_case(reading: str, waypoints: Any) -> Mapping[str, Any]:
     with jax.enable_x64(True):
         curve = path_curve(jnp.asarray(waypoints, jnp.float64))
         scene = robotica(reading, jnp.float64)
-        person = motion_named(PERSON, scene, 0, DURATION)
+        person = motion_named(PERSON, scene, 0, REACH)
         run = jax.jit(jax.vmap(played, in_axes=(None, None, 0)))(curve, person, jnp.asarray([False, True]))
         limits = zone_thresholds(SafetyParams())
         return {

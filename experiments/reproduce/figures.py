@@ -37,7 +37,7 @@ from hrcjax.world.scene import Scene, obstacle_distances
 
 from .episode import DT, arrival
 from .fair import ARRIVAL, COMMON_SPEED, common_paths, fair_rows
-from .paths import BENDING_WEIGHTS, DEFAULT, SCENE, ZETAS, even, measured
+from .paths import BENDING_WEIGHTS, DEFAULT, POINTS, SCENE, ZETAS, even, measured
 from .printed import PATHS, TIMES, TIMES_CAPTION, TimeRow
 from .readings import row_scene
 from .rows import Cases, fair_of, our_times, told
@@ -49,6 +49,8 @@ COLOURS = {
     "straight": TEXT, "gda": WORST, "iapf": BEST, "damped": KNOB_COLOURS[3], "planned": KNOB_COLOURS[2], "planned_zeta": KNOB_COLOURS[4], "rrt": PERSON,
 }  # fmt: skip
 """Of the planners."""
+JUMP = 2.0
+"""The person's nearest point is drawn as moving up to this speed; faster, another part of the body is nearest [m/s]."""
 HEIGHT = 0.12
 """Of the slices through the field [m]."""
 
@@ -89,7 +91,7 @@ def times_figure(cases: Cases, readings: Sequence[str]) -> Figure:
 
 def paths_figure(cases: Cases, readings: Sequence[str]) -> Figure:
     """Every planner's path among the four obstacles, a panel for each reading."""
-    figure = new_figure(5.2 * len(readings), 5.6)
+    figure = new_figure(4.9 * len(readings), 6.2)
     for axes, reading in zip(as_row(figure.subplots(1, len(readings))), readings, strict=True):
         scene = row_scene(reading, SCENE)
         rrt = cases.get(f"rrt/{reading}-{SCENE.key}")
@@ -104,9 +106,16 @@ def paths_figure(cases: Cases, readings: Sequence[str]) -> Figure:
             for key, (name, path, _) in shown.items()
         ]
         plan_view(lines, solids(scene), None, *_ends(scene), "", axes)
-        axes.legend(fontsize=6.5, loc="upper center", bbox_to_anchor=(0.5, -0.12), frameon=False)
+        axes.legend(
+            handles=list(axes.lines[: len(lines)]),
+            fontsize=7,
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.11),
+            frameon=False,
+        )
+        axes.set(xlim=(0.0, 0.8), ylim=(0.05, 0.8))
         axes.set_title(reading, fontsize=10, color=TEXT)
-    heading(figure, "Paths of every planner among four obstacles of 3 cm, from above")
+    heading(figure, "Paths of every planner among four obstacles of 3 cm, from above; balls are passed below")
     return figure
 
 
@@ -130,8 +139,8 @@ def variants_figure(cases: Cases, reading: str) -> Figure:
         plan_view(lines, solids(scene), None, *_ends(scene), "", axes)
         axes.set_xlim(0.05, 0.75)
         axes.set_ylim(0.15, 0.75)
-        axes.legend(fontsize=7, loc="lower left")
-        axes.set_title(f"table {table}: {TIMES_CAPTION[table].split(';')[0].lower()}", fontsize=9, color=TEXT)
+        axes.legend(handles=list(axes.lines[: len(lines)]), fontsize=7, loc="upper right")
+        axes.set_title(f"table {table}: {TIMES_CAPTION[table].split(';')[0]}", fontsize=9, color=TEXT)
     heading(figure, f"Unit steps of the improved field, {reading} (obstacles of each table's last row), from above")
     return figure
 
@@ -200,7 +209,7 @@ def optimised_figure(cases: Cases, reading: str) -> Figure:
     for k, zeta in enumerate(ZETAS):
         lines.append(
             (
-                rf"planned, {zeta:g} radii",
+                f"planned, {zeta:g} {'radius' if zeta == 1 else 'radii'}",
                 paths["planned"][k, DEFAULT],
                 (BEST, PLAN, KNOB_COLOURS[2], KNOB_COLOURS[3])[k % 4],
             )
@@ -213,7 +222,7 @@ def optimised_figure(cases: Cases, reading: str) -> Figure:
     above.legend(fontsize=7)
     above.set_title("from above", fontsize=9, color=TEXT)
     for name, path, colour in lines:
-        found, points = measured(path, scene), even(path, 74)
+        found, points = measured(path, scene), even(path, POINTS)
         side.plot(path[:, 0], path[:, 2], color=colour, lw=1.8)
         words = f"{name}: {100 * found.length:.1f} cm, {found.bending / 100:.3f} /cm"
         way, squared = _curvature(points)
@@ -312,6 +321,7 @@ def speed_figure(cases: Cases, readings: Sequence[str]) -> Figure:
         right.axis("off")
     for axes in (left, right):
         axes.grid(color=GRID, lw=0.5)
+        axes.set_axisbelow(True)
         tidy(axes)
     heading(figure, f"Printed times measure the step; the paths at one speed, {reading}")
     return figure
@@ -331,11 +341,11 @@ def motion_figure(case: Mapping[str, NDArray]) -> Figure:
     kept = time <= last
     grid = figure.subplots(4, 2, sharex=True, sharey="row")
     for run, title in enumerate(("without zones", "with zones")):
-        speed_of_person = np.linalg.norm(np.gradient(case["person"][run], DT, axis=0), axis=1)
-        smooth = np.convolve(np.minimum(speed_of_person, 5.0), np.ones(9) / 9, mode="same")
+        moved = np.linalg.norm(np.gradient(case["person"][run], DT, axis=0), axis=1)
+        moved = np.where(moved < JUMP, moved, np.nan)
         curves = (
             (("tool x", case["tool"][run, :, 0]), ("y", case["tool"][run, :, 1]), ("z", case["tool"][run, :, 2])),
-            (("speed of the tool", case["speed"][run]), ("person's nearest point", smooth)),
+            (("speed of the tool", case["speed"][run]), ("person's nearest point", moved)),
             (("acceleration of the tool", case["acceleration"][run]),),
             (("tool to person", case["separation"][run]),),
         )

@@ -128,6 +128,7 @@ def all_rows(cases: Cases, readings: Sequence[str]) -> Rows:
     rows: Rows = {}
     for reading in readings:
         rows |= time_rows(cases, reading)
+        rows[f"plan_ms_{reading}"] = row(1e3 * float(cases[f"paths/{reading}"]["seconds"]), "ms")
         for one in fair_of(cases, reading):
             rows[f"fair_{one.key}_length_{reading}"] = row(100 * one.length, "cm")
             rows[f"fair_{one.key}_time_{reading}"] = row(one.time, "s")
