@@ -1,8 +1,10 @@
 """Figures of a run, from its stored cases: the content of the paper's figures 6 to 11 and 13 to 17."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -152,13 +154,24 @@ def _slice(
     x, y = np.linspace(0.0, 0.8, 161), np.linspace(0.1, 0.8, 141)
     points = np.stack([*np.meshgrid(x, y), np.full((len(y), len(x)), HEIGHT)], axis=-1)
 
-    def value(q: jax.Array) -> jax.Array:
-        return potential(params, q, scene.goal, lambda p: obstacle_distances(scene, p), radius, scaled)
-
     with jax.enable_x64(True):
-        found, slope = jax.jit(jax.vmap(jax.vmap(jax.value_and_grad(value))))(jnp.asarray(points))
-        start = jax.jit(value)(scene.start)
-    return x, y, np.asarray(found / start), -np.asarray(slope)
+        found, slope = _field()(params, scene, radius, jnp.asarray(points.reshape(-1, 3)), scaled)
+        start, _ = _field()(params, scene, radius, scene.start[None], scaled)
+    shape = len(y), len(x)
+    return x, y, np.asarray(found / start).reshape(shape), -np.asarray(slope).reshape(*shape, 3)
+
+
+@functools.cache
+def _field() -> Any:
+    """The potential and its slope at many points, compiled once for each field and number of points."""
+
+    def all_of(params: PotentialParams, scene: Scene, radius: jax.Array, points: jax.Array, scaled: bool) -> Any:
+        def value(q: jax.Array) -> jax.Array:
+            return potential(params, q, scene.goal, lambda p: obstacle_distances(scene, p), radius, scaled)
+
+        return jax.vmap(jax.value_and_grad(value))(points)
+
+    return jax.jit(all_of, static_argnums=4)
 
 
 def field_figure(cases: Cases, reading: str) -> Figure:

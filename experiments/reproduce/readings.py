@@ -15,7 +15,7 @@ LOWER, UPPER = (-0.05, 0.1, 0.02), (0.85, 0.85, 0.6)
 EXPLAINED = {
     "spheres": "balls of the printed radius about the printed points; the straight line is free",
     "columns": "upright cylinders of that radius from the table up to the printed z; O1 blocks the straight line",
-    "clearance": "balls of zeta times the radius, 12 cm by default; all but O4 reach the straight line",
+    "clearance": "balls of zeta times the radius, 12 cm by default; O1 blocks the straight line",
 }
 
 

@@ -73,7 +73,7 @@ def timed(improved: PotentialParams, gradient: GradientDescentParams, scene: Sce
         iapf=time_to_goal(improved, *ends, STEPS, unit_step),
         iapf_path=ours.waypoints,
         iapf_steps=ours.arrival,
-        gda=jnp.where(plain.reached, plain.arrival * STEP_TIME, jnp.inf),
+        gda=jnp.where(plain.reached, plain.arrival.astype(scene.goal.dtype) * STEP_TIME, jnp.inf),
         gda_path=plain.waypoints,
         gda_steps=plain.arrival,
         gda_reached=plain.reached,
