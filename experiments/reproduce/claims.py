@@ -160,7 +160,7 @@ Written by the program; do not edit.
 
 {told}. *Reproduced*: the same within what the paper's digits and this page say. *Refuted*: a measurement, or the paper's own numbers, say
 otherwise. *Not decidable*: by what is published. *Open*: nothing here decides yet; the comparison it needs is named. Times to goal
-assume unit steps of 1/30 s and arrival at 1 cm, both inferred ([reproduce.md](reproduce.md)). Figures of other pages are quoted from them.
+assume unit steps of 1/30 s and arrival at 1 cm, both inferred ([reproduce.md](reproduce.md)). Figures of other pages are quoted from them; "?" stands for what the run did not compute.
 """
     for title, some in (
         ("Robotica 2025: potential field, paths, zones, score", ROBOTICA),

@@ -77,7 +77,14 @@ def times_figure(cases: Cases, readings: Sequence[str]) -> Figure:
         axes.plot(one.iapf, place, "|", color=TEXT, ms=15, mew=2, label="printed" if not ticks else None)
         for k, reading in enumerate(readings):
             ours = our_times(cases, reading, one)["iapf"]
-            axes.plot(ours, place, "o", color=KNOB_COLOURS[k], ms=5, label=reading if not ticks else None)
+            axes.plot(
+                np.nan if ours is None else ours,
+                place,
+                "o",
+                color=KNOB_COLOURS[k],
+                ms=5,
+                label=reading if not ticks else None,
+            )
         ticks.append(place)
         names.append(f"{one.table}: {one.label.split(';')[0]}")
         place += 1.0
@@ -93,7 +100,7 @@ def times_figure(cases: Cases, readings: Sequence[str]) -> Figure:
 
 def paths_figure(cases: Cases, readings: Sequence[str]) -> Figure:
     """Every planner's path among the four obstacles, a panel for each reading."""
-    figure = new_figure(4.9 * len(readings), 6.2)
+    figure = new_figure(4.9 * len(readings), 7.0)
     for axes, reading in zip(as_row(figure.subplots(1, len(readings))), readings, strict=True):
         scene = row_scene(reading, SCENE)
         rrt = cases.get(f"rrt/{reading}-{SCENE.key}")
@@ -182,7 +189,7 @@ def field_figure(cases: Cases, reading: str) -> Figure:
         (f"improved field, $K_{{rep}}$ {one.k_rep:g} cm²", one, True) for one in (rows[0], rows[-1])
     ]
     shown += [(f"gradient descent, $K_{{rep}}$ {one.gda_k_rep:g} cm⁴", one, False) for one in (rows[0], rows[-1])]
-    times, mesh = cases[f"times/{reading}"], None
+    times = cases[f"times/{reading}"]
     all_axes = as_row(figure.subplots(2, 2))
     for axes, (title, one, improved) in zip(all_axes, shown, strict=True):
         scene, k = row_scene(reading, one), TIMES.index(one)
@@ -191,7 +198,7 @@ def field_figure(cases: Cases, reading: str) -> Figure:
             radius = scene.radius if improved else jnp.ones_like(scene.radius)
         x, y, level, way = _slice(params, scene, radius, improved)
         name = "iapf" if improved else "gda"
-        mesh = axes.pcolormesh(x, y, np.clip(level, 1e-3, 10), norm=LogNorm(1e-3, 10), cmap=COLOUR_MAP, rasterized=True)
+        axes.pcolormesh(x, y, np.clip(level, 1e-3, 10), norm=LogNorm(1e-3, 10), cmap=COLOUR_MAP, rasterized=True)
         size = np.maximum(np.linalg.norm(way[..., :2], axis=-1, keepdims=True), 1e-12)
         axes.streamplot(
             x, y, *np.moveaxis(way[..., :2] / size, -1, 0), color="white", linewidth=0.5, density=1.3, arrowsize=0.6
@@ -201,7 +208,7 @@ def field_figure(cases: Cases, reading: str) -> Figure:
         axes.set(xlim=(0.0, 0.8), ylim=(0.1, 0.8), title=title)
         axes.title.set(fontsize=10, color=TEXT)
         axes.grid(False)
-    bar = figure.colorbar(mesh, ax=all_axes, shrink=0.7, extend="both")
+    bar = figure.colorbar(all_axes[0].collections[0], ax=all_axes, shrink=0.7, extend="both")
     bar.set_label("potential over that of the start [1]", fontsize=9)
     heading(figure, f"Potential and streamlines of its force at z = {100 * HEIGHT:.0f} cm, {reading}; paths from above")
     return figure
@@ -265,7 +272,7 @@ def scores_figure(cases: Cases, reading: str) -> Figure:
         ("the paper's candidates", [(one.name, one.length, one.bending) for one in PATHS]),
         (f"planned, {ZETAS[-1]:g} radii, {reading}", [(rf"$\omega_2$ {weight:g} m", 100 * one.length, one.bending / 100) for weight, one in zip(BENDING_WEIGHTS, ours, strict=True)]),
     ]  # fmt: skip
-    mesh, all_axes = None, as_row(figure.subplots(1, 2))
+    all_axes = as_row(figure.subplots(1, 2))
     for axes, (title, some) in zip(all_axes, groups, strict=True):
         length, bending = (np.array([one[k] for one in some]) for k in (1, 2))
         spans = [(v.min() - 0.15 * np.ptp(v), v.max() + 0.35 * np.ptp(v)) for v in (length, bending)]
@@ -274,7 +281,7 @@ def scores_figure(cases: Cases, reading: str) -> Figure:
             (grid - v.min()) / max(np.ptp(v), 1e-9)
             for grid, v in zip(np.meshgrid(x, y), (length, bending), strict=True)
         ]
-        mesh = axes.pcolormesh(x, y, 0.5 * unit[0] + 0.5 * unit[1], cmap=COLOUR_MAP, vmin=0, vmax=1.3, rasterized=True)
+        axes.pcolormesh(x, y, 0.5 * unit[0] + 0.5 * unit[1], cmap=COLOUR_MAP, vmin=0, vmax=1.3, rasterized=True)
         lines = axes.contour(
             x, y, 0.5 * unit[0] + 0.5 * unit[1], levels=np.arange(0.1, 1.3, 0.1), colors="white", linewidths=0.6
         )
@@ -284,7 +291,7 @@ def scores_figure(cases: Cases, reading: str) -> Figure:
             axes.annotate(f" {name}: {score:.2f}", (a, b), fontsize=8, color="white", fontweight="bold", va="bottom")
         axes.set(xlabel="length [cm]", ylabel="bending energy [1/cm]", title=title)
         tidy(axes)
-    bar = figure.colorbar(mesh, ax=all_axes)
+    bar = figure.colorbar(all_axes[0].collections[0], ax=all_axes)
     bar.set_label("score, the lower the better [1]", fontsize=9)
     heading(figure, r"Score of table VIII, $\omega_1 = \omega_2 = 0.5$")
     return figure
@@ -391,7 +398,9 @@ def _shade(axes: Axes, time: NDArray, zone: NDArray) -> None:
     """Zones as coloured stretches of time."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(zone)) + 1, [len(zone)]])
     for a, b in pairwise(edges):
-        axes.axvspan(time[a], time[min(b, len(time) - 1)], color=ZONE_COLOURS[int(zone[a])], alpha=0.16, lw=0)
+        axes.axvspan(
+            float(time[a]), float(time[min(b, len(time) - 1)]), color=ZONE_COLOURS[int(zone[a])], alpha=0.16, lw=0
+        )
 
 
 def zones_figure(case: Mapping[str, NDArray]) -> Figure:

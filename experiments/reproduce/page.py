@@ -12,7 +12,7 @@ from .fair import COMMON_SPEED
 from .paths import BENDING_WEIGHTS, SCENE, ZETAS, measured
 from .printed import FORMULAS, PATHS, RELATIVE_PRINTED, SCORES, TIMES, TIMES_CAPTION
 from .readings import EXPLAINED, row_scene
-from .rows import BARS, PLANNERS, Cases, Rows, fair_of, holds, our_times, told
+from .rows import BARS, FITTING, PLANNERS, Cases, Rows, fair_of, holds, our_times, told
 from .rrt_star import STAGES
 from .scores import closest_scores, scores_of
 
@@ -31,10 +31,12 @@ became: [claims.md](claims.md).
   K_att (q - q_goal) + F_rep gives the printed times; n = 2, and zeta multiplies the radius.
 * **Readings of the obstacles:** {readings}.
   Tables I to VII are run in each; *{fitting}* fits the printed times, and the bars count there. Table IV and the paper's figures speak for columns.
-* **RRT\\*** is OMPL's, with edges of at most 10 cm (the paper gives no step size), {samples} iterations, the median of {seeds} searches, of the same seeds in each row: where no edge of a tree meets an obstacle the paths are the same. A
+"""
+SEARCHED = """* **RRT\\*** is OMPL's, with edges of at most 10 cm (the paper gives no step size), {samples} iterations, the median of {seeds} searches, of the same seeds in each row: where no edge of a tree meets an obstacle the paths are the same. A
   search returns a path, not a time: ours is that at the common speed, {speed:.2f} cm/s, at which the straight line takes 4.70 s to 1 cm
   from the goal.
 """
+NOT_SEARCHED = "* **RRT\\*** was not run: its rows are left out.\n"
 WHY = {
     "I": "Gradient descent takes 21.4 s by its printed constants and 30 steps a second, and it is not random: still four obstacles of 3 cm take 7.62 s here, 7.70 s in table II, 7.61 s in table IV. RRT* is random.",
     "II": "Ours grows less with the radius than printed, 0.01 s instead of 0.04 s: all balls are 5 cm and more from the line.",
@@ -177,9 +179,11 @@ def corrections_table() -> str:
 def page(cases: Cases, rows: Rows, config: ReproduceConfig, figures: Sequence[str]) -> str:
     """The whole page."""
     readings = "; ".join(f"*{name}*, {EXPLAINED[name]}" for name in EXPLAINED)
-    text = INTRODUCTION.format(
-        command=command(config), readings=readings, fitting="spheres", samples=config.samples, seeds=config.seeds, speed=100 * COMMON_SPEED
-    )  # fmt: skip
+    text = INTRODUCTION.format(command=command(config), readings=readings, fitting=FITTING)
+    some = any(name.startswith("rrt/") for name in cases)
+    text += (
+        SEARCHED.format(samples=config.samples, seeds=config.seeds, speed=100 * COMMON_SPEED) if some else NOT_SEARCHED
+    )
     text += bars_table(rows) + time_tables(cases, config.readings) + fair_tables(cases, rows, config.readings)
     text += score_tables(cases, rows, config.readings) + corrections_table()
     if figures:

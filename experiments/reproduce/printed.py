@@ -24,8 +24,8 @@ class TimeRow(NamedTuple):
     """Time to goal of gradient descent; None: not in the table [s]."""
     rrt: float | None = None
     """Time to goal of RRT*; None: not in the table [s]."""
-    count: int = 4
-    """Obstacles O1 to O`count` are there."""
+    present: int = 4
+    """Obstacles O1 to O`present` are there."""
     radius: tuple[float, float, float, float] = (3.0, 3.0, 3.0, 3.0)
     """Of O1 to O4 [cm]."""
     height: tuple[float, float, float, float] = (20.0, 20.0, 20.0, 20.0)
@@ -46,10 +46,10 @@ class TimeRow(NamedTuple):
 
 
 TIMES = (
-    TimeRow("I", 1, "1 obstacle, O1", 4.7, 7.56, 5.12, count=1),
-    TimeRow("I", 2, "2 obstacles, O1-2", 4.7, 7.57, 5.81, count=2),
-    TimeRow("I", 3, "3 obstacles, O1-3", 4.7, 7.51, 5.72, count=3),
-    TimeRow("I", 4, "4 obstacles, O1-4", 4.7, 7.62, 6.2, count=4),
+    TimeRow("I", 1, "1 obstacle, O1", 4.7, 7.56, 5.12, present=1),
+    TimeRow("I", 2, "2 obstacles, O1-2", 4.7, 7.57, 5.81, present=2),
+    TimeRow("I", 3, "3 obstacles, O1-3", 4.7, 7.51, 5.72, present=3),
+    TimeRow("I", 4, "4 obstacles, O1-4", 4.7, 7.62, 6.2, present=4),
     TimeRow("II", 1, "2 cm", 4.68, 7.65, 5.88, radius=(2.0, 2.0, 2.0, 2.0)),
     TimeRow("II", 2, "2.5 cm", 4.69, 7.61, 6.08, radius=(2.5, 2.5, 2.5, 2.5)),
     TimeRow("II", 3, "3.0 cm", 4.7, 7.70, 6.20),

@@ -28,7 +28,7 @@ def row_scene(reading: str, row: TimeRow) -> Scene:
     if reading not in EXPLAINED:
         raise ValueError(f"unknown reading {reading!r}: accepted are {', '.join(EXPLAINED)}")
     obstacles = []
-    for (x, y), r, z in list(zip(OBSTACLES, row.radius, row.height, strict=True))[: row.count]:
+    for (x, y), r, z in list(zip(OBSTACLES, row.radius, row.height, strict=True))[: row.present]:
         x, y, r, z = (value / 100 for value in (x, y, r, z))
         if reading == "columns":
             obstacles.append(Obstacle(COLUMN, (x, y, z / 2), (r, r, z / 2), 0.0, r))

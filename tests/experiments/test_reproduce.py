@@ -48,7 +48,7 @@ def improved_steps(row: TimeRow) -> tuple[int, np.ndarray]:
     for step in range(1, 400):
         d = np.linalg.norm(q - goal)
         move = -row.k_att * (q - goal)
-        for (x, y), r, z in list(zip(OBSTACLES, row.radius, row.height, strict=True))[: row.count]:
+        for (x, y), r, z in list(zip(OBSTACLES, row.radius, row.height, strict=True))[: row.present]:
             away = q - np.array([x, y, z])
             rho, zeta = np.linalg.norm(away) - r, row.zeta * r
             if rho < zeta:
@@ -130,7 +130,7 @@ def test_readings_are_the_scenes_of_the_library() -> None:
         near = [np.asarray(jax.vmap(lambda x, s=s: jnp.min(obstacle_distances(s, x)))(points)) for s in (mine, theirs)]
         np.testing.assert_allclose(*near, atol=1e-12)
         np.testing.assert_allclose(mine.goal, theirs.goal)
-    row = TimeRow("I", 1, "", 1.0, count=2, radius=(2.0, 4.0, 3.0, 3.0), height=(10.0, 30.0, 20.0, 20.0), zeta=5.0)
+    row = TimeRow("I", 1, "", 1.0, present=2, radius=(2.0, 4.0, 3.0, 3.0), height=(10.0, 30.0, 20.0, 20.0), zeta=5.0)
     column, ball = row_scene("columns", row), row_scene("clearance", row)
     np.testing.assert_allclose(column.center[1], [0.25, 0.30, 0.15])
     np.testing.assert_allclose(column.size[1], [0.04, 0.04, 0.15])
@@ -159,7 +159,7 @@ def test_measures_of_a_path() -> None:
 
 
 def replace_count(count: int) -> TimeRow:
-    return COMMON._replace(count=count)
+    return COMMON._replace(present=count)
 
 
 def test_one_speed_and_the_steps_behind_printed_times() -> None:
@@ -271,6 +271,7 @@ def test_a_run_without_searches_writes_rows_pages_and_resumes(
     assert rows["I_4_iapf_columns"]["unit"] == "s" and not any("rrt_columns" in name for name in rows)
     assert holds("VIII_worst", rows["VIII_worst"]["value"]) is False and "1 bars do not hold: VIII_worst" in printed
     text = (tmp_path / "page.md").read_text()
+    assert "was not run: its rows are left out" in text and "1500 iterations" not in text
     for words in (
         "## Table I.",
         "## Table VII.",
