@@ -29,7 +29,7 @@ from .times import times_case
 
 NO_RESULT = ("readings", "seeds", "samples", "quick", "out", "json", "page", "claims", "figures", "overwrite")
 """Options that do not change any single case, or whose effect is in its name."""
-AFTERWARDS = ("rows.py", "fair.py", "scores.py", "page.py", "claims.py", "corrections.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")  # fmt: skip
+AFTERWARDS = ("rows", "fair", "scores", "page", "time_tables", "score_tables", "claim", "claims", "robotica_claims", "hri_claims", "corrections", "config", "run", "__main__", "__init__")  # fmt: skip
 """Files that only read finished cases."""
 
 
@@ -55,11 +55,9 @@ def _check(config: ReproduceConfig) -> None:
 
 def identity() -> dict[str, Any]:
     """Everything that decides the cases."""
-    own = Path(__file__).parent
-    return {
-        "code": LOADED_CODE,
-        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
-    }
+    own = sorted(Path(__file__).parent.glob("*.py"))
+    deciding = [path for path in own if path.stem not in AFTERWARDS and not path.stem.endswith(("figure", "figures"))]
+    return {"code": LOADED_CODE, "program": {path.name: file_digest(path) for path in deciding}}
 
 
 def wanted(

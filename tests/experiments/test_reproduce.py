@@ -11,25 +11,17 @@ import numpy as np
 import pytest
 
 from experiments.reproduce import run as program
-from experiments.reproduce.claims import (
-    HRI,
-    OPEN,
-    REFUTED,
-    REPRODUCED,
-    ROBOTICA,
-    UNDECIDABLE,
-    cited,
-    claims_page,
-    of,
-    said,
-)
+from experiments.reproduce.claim import OPEN, REFUTED, REPRODUCED, UNDECIDABLE, cited, of, said
+from experiments.reproduce.claims import claims_page
 from experiments.reproduce.config import ReproduceConfig, parse
 from experiments.reproduce.corrections import CORRECTIONS
 from experiments.reproduce.fair import COMMON_SPEED, STRAIGHT, median_search, step_of, time_at_one_speed
+from experiments.reproduce.hri_claims import HRI
 from experiments.reproduce.page import command
 from experiments.reproduce.paths import clearance, even, measured
 from experiments.reproduce.printed import GOAL, OBSTACLES, PATHS, START, TIMES, TimeRow
 from experiments.reproduce.readings import row_scene
+from experiments.reproduce.robotica_claims import ROBOTICA
 from experiments.reproduce.rows import BARS, holds, leads, worst
 from experiments.reproduce.scores import closest_scores, relative_of_table_ten, scores_of, table_ten
 from experiments.reproduce.times import times_case
