@@ -84,6 +84,7 @@ def field_figure(cases: Cases, reading: str) -> Figure:
         )
         path = times[f"{name}_path"][k][: int(times[f"{name}_steps"][k]) + 1]
         plan_view([PathLine(path, "path", WORST)], None, None, *ends(scene), "", axes)
+        axes.legend(fontsize=8, loc="upper right")
         axes.set(xlim=(0.0, 0.8), ylim=(0.1, 0.8), title=title)
         axes.title.set(fontsize=10, color=TEXT)
         axes.grid(False)
