@@ -26,6 +26,15 @@ class GradientDescentParams(eqx.Module):
     """Distance to the goal that counts as arrived [m]."""
 
 
+def plain_potential(params: GradientDescentParams) -> PotentialParams:
+    """The field that it descends, for obstacles of radius 1 and without the d_factor: quadratic attraction, repulsion within d0."""
+    return eqx.tree_at(
+        lambda p: (p.k_att, p.k_rep, p.zeta, p.d_star, p.rho_min, p.step_max, p.arrival),
+        PotentialParams(),
+        (params.k_att, params.k_rep, params.d0, 1e3, params.rho_min, params.step_max, params.arrival),
+    )
+
+
 def gradient_descent_path(
     params: GradientDescentParams,
     start: Vector3,
@@ -44,16 +53,10 @@ def gradient_descent_path(
     Raises:
         ValueError: steps < 1.
     """
-    plain = PotentialParams()
-    plain = eqx.tree_at(
-        lambda p: (p.k_att, p.k_rep, p.zeta, p.d_star, p.rho_min, p.step_max, p.arrival),
-        plain,
-        (params.k_att, params.k_rep, params.d0, 1e3, params.rho_min, params.step_max, params.arrival),
-    )
 
     def step(
         p: PotentialParams, q: Vector3, goal: Vector3, distances: DistancesFn, radius: Float[Array, "obstacle"]
     ) -> Vector3:
         return limited(force(p, q, goal, distances, jnp.ones_like(radius), scaled=False), p.step_max)
 
-    return potential_path(plain, start, goal, distances, radius, steps, step)
+    return potential_path(plain_potential(params), start, goal, distances, radius, steps, step)

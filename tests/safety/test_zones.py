@@ -81,6 +81,19 @@ def test_order_of_the_zones() -> None:
         assert zone_at(PARAMS, 0.7, slack=slack) == zone
 
 
+def test_zones_divide_the_distances_as_eq_6c_corrected() -> None:
+    """Every distance is in exactly one zone of eq. 6c with red nearer than d_yellow; as printed red overlaps the others."""
+    limits = zone_thresholds(ONLY_SLOWS)  # the paper has no stop
+    d = np.linspace(0.01, 2.0, 400)
+    green, yellow = d >= float(limits.green), (d < float(limits.green)) & (d > float(limits.yellow))
+    red = d <= float(limits.yellow)
+    assert np.all(green.astype(int) + yellow + red == 1)
+    found = jax.vmap(lambda x: zone_at(ONLY_SLOWS, x))(jnp.asarray(d))
+    np.testing.assert_array_equal(found, np.select([green, yellow, red], [GREEN, YELLOW, RED]))
+    printed = d >= float(limits.yellow)
+    assert np.all(printed[green | yellow]) and not np.any(printed[d < float(limits.yellow)])
+
+
 @pytest.mark.parametrize("d", [jnp.nan, jnp.inf, -jnp.inf])
 def test_missing_distance_stops(d: float) -> None:
     assert zone_at(PARAMS, d) == STOP
