@@ -1,0 +1,143 @@
+"""Many starts: never worse than one, whatever the order; ways that one start misses are found."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from plan_scenes import GOAL, START, scene
+
+from hrcjax.plan import PlanParams, PlanSizes, best_path, optimise_best, plan, plan_multi_start
+from hrcjax.plan.path_result import PathResult
+from hrcjax.plan.point_guesses import BOWS, detour_guesses, detours, sides
+
+SIZES = PlanSizes(steps=150, waypoints=24, iterations=8)
+COUNT = 12
+LOWER, UPPER = np.array([-0.05, 0.1, 0.02]), np.array([0.85, 0.85, 0.6])
+
+
+def params(zeta=2.0, omega2=0.01, dtype=jnp.float64):
+    default = jax.tree.map(lambda x: jnp.asarray(x, dtype), PlanParams())
+    where = lambda p: (p.potential.zeta, p.path.omega2)  # noqa: E731
+    return eqx.tree_at(where, default, (jnp.asarray(zeta, dtype), jnp.asarray(omega2, dtype)))
+
+
+def among(centers, dtype=jnp.float64):
+    return scene("columns", dtype, centers=centers)
+
+
+def both(p, centers):
+    s = among(centers, p.path.omega1.dtype)
+    low, high = (jnp.asarray(x, s.start.dtype) for x in (LOWER, UPPER))
+    one = plan(p, s.start, s.goal, s.distances, s.radius, low, high, SIZES)
+    return one, plan_multi_start(p, s.start, s.goal, s.distances, s.radius, low, high, SIZES, COUNT)
+
+
+solve = jax.jit(both)
+
+
+def cost(p, path):
+    return float(p.path.omega1 * path.length + p.path.omega2 * path.bending_energy)
+
+
+def drawn(seed):
+    """Columns on the straight line."""
+    rng = np.random.default_rng(seed)
+    at = START + rng.uniform(0.2, 0.8, (4, 1)) * (GOAL - START) + rng.uniform(-0.04, 0.04, (4, 3))
+    return np.column_stack([at[:, :2], rng.uniform(0.15, 0.5, 4)])
+
+
+def test_never_worse_than_a_single_start():
+    better = 0
+    for seed in range(25):
+        p = params(zeta=1.5 + seed % 3)
+        one, many = solve(p, drawn(seed))
+        if bool(one.clear & one.inside):
+            assert bool(many.clear & many.inside)
+            assert cost(p, many) <= cost(p, one) + 1e-12
+        elif not bool(many.clear & many.inside):
+            assert float(many.violation) <= float(one.violation) + 1e-12 or not bool(one.inside)
+        better += cost(p, many) < cost(p, one) - 1e-4 or (bool(many.clear) and not bool(one.clear))
+    assert better >= 3, "else the law says nothing"
+
+
+def test_a_blocked_straight_line_is_solved():
+    """A column whose axis meets the middle of the line: the descent stands before it, by symmetry."""
+    middle = (START + GOAL) / 2
+    _, many = solve(params(), np.concatenate([[[*middle[:2], 0.5]], np.full((3, 3), 9.0)]))
+    assert int(many.status) & 6 == 6
+    gap = np.linalg.norm(np.asarray(many.waypoints)[:, :2] - middle[:2], axis=1) - 0.03
+    assert gap.min() >= 0.03 - 1e-3 and np.isfinite(many.waypoints).all()
+
+
+def test_order_of_the_guesses_does_not_count():
+    s, p = among(drawn(3)), params()
+    low, high = jnp.asarray(LOWER), jnp.asarray(UPPER)
+    guesses = detour_guesses(s.start, s.goal, low, high, jnp.asarray(detours(8)), 24)
+    run = jax.jit(lambda g: optimise_best(p, g, s.distances, s.radius, low, high, 8))
+    base, turned = run(guesses), run(guesses[np.random.default_rng(0).permutation(8)])
+    np.testing.assert_allclose(turned.waypoints, base.waypoints, atol=1e-9)
+    np.testing.assert_allclose(cost(p, turned), cost(p, base), rtol=1e-12)
+
+
+def results(length, bend=(0.0, 0.0, 0.0), violation=(0.0, 0.0, 0.0), inside=(True, True, True)):
+    def one(length, bend, violation, inside):
+        clear = violation <= 5e-4
+        return PathResult(jnp.zeros((4, 3)), length, bend, violation, violation, clear, clear, inside)
+
+    return jax.vmap(one)(*(jnp.asarray(x, jnp.float64) for x in (length, bend, violation)), jnp.asarray(inside))
+
+
+@pytest.mark.parametrize(
+    ("paths", "best"),
+    [
+        (results([3.0, 2.0, 2.0]), 1),  # the first of equals
+        (results([1.0, 2.0, 3.0], violation=[0.1, 0, 0]), 1),  # what is kept comes first
+        (results([2.0, 1.0, 3.0], bend=[0.0, 200.0, 0.0]), 0),  # weighed with the bending
+        (results([1.0, 2.0, 3.0], violation=[0.3, 0.2, 0.4]), 1),  # none kept: least violation
+        (results([1.0, 2.0, 3.0], violation=[0.3, 0.2, 0.4], inside=[True, False, True]), 0),
+        (results([np.nan, 2.0, 1.5], violation=[0, 0, 0]), 2),
+        (results([np.nan, 2.0, 1.5], violation=[0, 0.3, 0.2]), 2),
+        (results([1.0, 2.0, 3.0], inside=[False, True, True]), 1),
+    ],
+)
+def test_which_is_best(paths, best):
+    assert int(best_path(params().path, paths)) == best
+
+
+@pytest.mark.parametrize("goal", [GOAL, START + [0, 0, 0.5], START + [0.3, 0, 0], START - [0.2, 0.2, 0.2]])
+def test_guesses_start_and_end_and_keep_the_bounds(goal, dtype):
+    start, end = jnp.asarray(START, dtype), jnp.asarray(goal, dtype)
+    low, high = jnp.asarray(np.minimum(LOWER, goal), dtype), jnp.asarray(np.maximum(UPPER, goal), dtype)
+    table = detours(15)
+    assert table.shape == (15, 2, 2) and not table[0].any()
+    frame = sides(start, end)
+    np.testing.assert_allclose(frame @ frame.T, np.eye(2), atol=1e-6)
+    np.testing.assert_allclose(frame @ (end - start), 0, atol=1e-6)
+    found = detour_guesses(start, end, low, high, jnp.asarray(table, dtype), 31)
+    assert found.dtype == dtype and np.isfinite(found).all()
+    np.testing.assert_allclose(found[:, 0], np.tile(START, (15, 1)), atol=1e-6)
+    np.testing.assert_allclose(found[:, -1], np.tile(goal, (15, 1)), atol=1e-6)
+    assert (np.asarray(found) >= np.asarray(low) - 1e-6).all() and (np.asarray(found) <= np.asarray(high) + 1e-6).all()
+    free = detour_guesses(start, end, -jnp.full(3, 9, dtype), jnp.full(3, 9, dtype), jnp.asarray(table, dtype), 31)
+    high_of = np.linalg.norm(np.asarray(free)[1 : 1 + BOWS, 15] - (START + goal) / 2, axis=1)
+    np.testing.assert_allclose(high_of, 0.3 * np.linalg.norm(goal - START), rtol=1e-3)
+
+
+def test_derivative_by_zeta_is_that_of_differences():
+    centers = drawn(3)
+
+    def length(zeta):
+        return both(eqx.tree_at(lambda p: p.potential.zeta, params(), zeta), centers)[1].length
+
+    value = jax.jit(length)
+    at, h = jnp.asarray(2.0), 1e-5
+    slope = jax.jit(jax.grad(length))(at)
+    np.testing.assert_allclose(slope, (value(at + h) - value(at - h)) / (2 * h), rtol=1e-3)
+    assert abs(float(slope)) > 1e-3
+
+
+def test_too_few_guesses_are_refused():
+    s = among(drawn(0))
+    with pytest.raises(ValueError, match="accepted are 3 or more"):
+        plan_multi_start(params(), s.start, s.goal, s.distances, s.radius, s.lower, s.upper, SIZES, 2)
