@@ -71,9 +71,7 @@ def _one(
     def off_box(x: float, y: float, z: float) -> bool:
         dx, dy = x - cx, y - cy
         u, v, w = abs(cos * dx + sin * dy) - a, abs(cos * dy - sin * dx) - b, abs(z - cz) - c
-        return (
-            (u if u > 0 else 0.0) ** 2 + (v if v > 0 else 0.0) ** 2 + (w if w > 0 else 0.0) ** 2
-        ) >= square
+        return ((u if u > 0 else 0.0) ** 2 + (v if v > 0 else 0.0) ** 2 + (w if w > 0 else 0.0) ** 2) >= square
 
     return off_box
 

@@ -1,7 +1,6 @@
 """One law of time for all curves: time-optimal within limits of each axis, and besides with a limit of jerk."""
 
 import logging
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +66,7 @@ def optimal_time(path: PPoly) -> float:
             toppra.constraint.JointVelocityConstraint(SPEED * limit),
             toppra.constraint.JointAccelerationConstraint(ACCELERATION * limit),
         ],
-        _Path(path),
+        _for_toppra(path),
         gridpoints=grid,
         parametrizer="ParametrizeConstAccel",
     )
@@ -77,7 +76,7 @@ def optimal_time(path: PPoly) -> float:
     return float(np.sum(2 * np.diff(grid) / (speed[1:] + speed[:-1])))
 
 
-def _Path(path: PPoly) -> "toppra.SplineInterpolator":
+def _for_toppra(path: PPoly) -> "toppra.SplineInterpolator":
     """The curve as toppra's, by its own points: the same natural spline."""
     return toppra.SplineInterpolator(path.x, path(path.x), bc_type="natural")
 
@@ -88,14 +87,13 @@ def smooth_time(path: PPoly) -> float:
     Several cruising speeds are tried. Each motion is stretched in time by one factor until every axis keeps speed,
     acceleration and jerk everywhere, and the shortest counts.
     """
-    speed_along = partial(np.linalg.norm, axis=-1)
     fine = np.linspace(0, path.x[-1], 2 * int(np.ceil(path.x[-1] / 0.002)) + 1)
-    rate = speed_along(path(fine, 1))
+    rate = np.linalg.norm(path(fine, 1), axis=-1)
     way = np.concatenate([[0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(fine))])
-    return min(_stretched(path, np.interp, fine, way, SPEED * part) for part in CRUISES)
+    return min(_stretched(path, fine, way, SPEED * part) for part in CRUISES)
 
 
-def _stretched(path: PPoly, interpolate, fine: NDArray, way: NDArray, cruise: float) -> float:  # noqa: ANN001
+def _stretched(path: PPoly, fine: NDArray, way: NDArray, cruise: float) -> float:
     params = ClockParams(acceleration=ACCELERATION, deceleration=ACCELERATION, brake=ACCELERATION, jerk=JERK)
     clock, places, speeds, gains = Clock(), [0.0], [0.0], [0.0]
     while places[-1] < way[-1] - 1e-6 and len(places) < 20000:
@@ -105,7 +103,7 @@ def _stretched(path: PPoly, interpolate, fine: NDArray, way: NDArray, cruise: fl
         gains.append(clock.a)
     v, a = np.array(speeds), np.array(gains)
     jerk = np.diff(a, append=0.0) / TICK
-    s = interpolate(np.array(places), way, fine)
+    s = np.interp(np.array(places), way, fine)
     tangent, bend, twist = by_length(path, s)
     v, a, jerk = v[:, None], a[:, None], jerk[:, None]
     highest = [
@@ -122,13 +120,5 @@ def by_length(path: PPoly, s: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     g = np.linalg.norm(d1, axis=-1, keepdims=True)
     g1 = np.sum(d1 * d2, axis=-1, keepdims=True) / g
     g2 = (np.sum(d2 * d2 + d1 * d3, axis=-1, keepdims=True) - g1**2) / g
-    first = d1 / g
-    second = (d2 - first * g1) / g**2
-    third = (d3 - 3 * second * g**2 * g1 - first * g2) / g**3 if False else _third(d1, d2, d3, g, g1, g2)
-    return first, second, third
-
-
-def _third(d1: NDArray, d2: NDArray, d3: NDArray, g: NDArray, g1: NDArray, g2: NDArray) -> NDArray:
-    """d/ds of (d2 g - d1 g1) / g^3 over g."""
     top, top1 = d2 * g - d1 * g1, d3 * g - d1 * g2
-    return (top1 * g - 3 * top * g1) / g**5
+    return d1 / g, top / g**3, (top1 * g - 3 * top * g1) / g**5
