@@ -105,7 +105,7 @@ def test_which_is_best(paths, best):
     assert int(best_path(params().path, paths)) == best
 
 
-@pytest.mark.parametrize("goal", [GOAL, START + [0, 0, 0.5], START + [0.3, 0, 0], START - [0.2, 0.2, 0.2]])
+@pytest.mark.parametrize("goal", [GOAL, *(START + np.array(x) for x in ([0, 0, 0.5], [0.3, 0, 0], [-0.2, -0.2, -0.2]))])
 def test_guesses_start_and_end_and_keep_the_bounds(goal, dtype):
     start, end = jnp.asarray(START, dtype), jnp.asarray(goal, dtype)
     low, high = jnp.asarray(np.minimum(LOWER, goal), dtype), jnp.asarray(np.maximum(UPPER, goal), dtype)

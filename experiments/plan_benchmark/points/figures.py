@@ -43,7 +43,7 @@ NAMES = {
 
 def bars_figure(rows: Mapping[str, Mapping[str, Any]], names: Sequence[str]) -> Figure:
     """Success, travel time and planning time of every planner with 95 % intervals."""
-    figure = new_figure(12, 1.4 + 0.42 * len(names))
+    figure = new_figure(12.0, 1.4 + 0.42 * len(names))
     panels = (("success", "success [1]", False), ("travel", "travel time [s]", False), ("planning", "planning time [s]", True))  # fmt: skip
     place = np.arange(len(names))
     for axes, (measure, words, log) in zip(as_row(figure.subplots(1, 3, sharey=True)), panels, strict=True):
@@ -71,7 +71,7 @@ def scatter_figure(cases: Mapping[str, Sequence[Case]]) -> Figure:
     across = 4
     down = -(-len(names) // across)
     figure = new_figure(12.5, 0.8 + 3.0 * down)
-    panels = as_row(figure.subplots(down, across, sharex=True, sharey=True, squeeze=False))
+    panels = as_row(figure.subplots(down, across, sharex="row", sharey="row", squeeze=False))
     for axes in panels[len(names) :]:
         axes.set_visible(False)
     for axes, name in zip(panels, names, strict=False):
@@ -84,7 +84,7 @@ def scatter_figure(cases: Mapping[str, Sequence[Case]]) -> Figure:
         axes.scatter(long[drawn], bent[drawn], s=12, color=COLOURS[name], alpha=0.6, lw=0)
         corners = f", {int((~drawn).sum())} with corners" if (~drawn).any() else ""
         axes.set_title(f"{NAMES[name]}: {len(pairs)} scenes{corners}", fontsize=9, color=TEXT)
-        axes.set(yscale="log", xlim=(0.93, 1.6))
+        axes.set(yscale="log")
         axes.grid(color=GRID, lw=0.5)
         tidy(axes)
     figure.supxlabel("length over that of multi-start [1]", fontsize=9)

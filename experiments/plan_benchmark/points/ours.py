@@ -55,7 +55,7 @@ def _grown(scene: Scene) -> Callable[[Vector3], Array]:
 
 def _broken_line(path: PotentialPath, goal: Vector3) -> Planned:
     """The descent up to its arrival, then straight to the goal."""
-    before = jnp.arange(path.waypoints.shape[0]) <= path.arrival
+    before = jnp.arange(path.waypoints.shape[0], dtype=path.arrival.dtype) <= path.arrival
     return jnp.where(before[:, None], path.waypoints, goal), path.reached
 
 

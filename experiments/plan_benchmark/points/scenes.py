@@ -67,7 +67,7 @@ class PointScene:
 
 
 def _ends(draw: np.random.Generator) -> tuple[NDArray, NDArray]:
-    low, high = LOWER + [0.05, 0.05, 0.06], np.array([UPPER[0] - 0.05, UPPER[1] - 0.05, 0.3])
+    low, high = LOWER + np.array([0.05, 0.05, 0.06]), np.array([UPPER[0] - 0.05, UPPER[1] - 0.05, 0.3])
     while True:
         start, goal = draw.uniform(low, high, (2, 3))
         if np.linalg.norm(goal - start) >= LEAST_WAY:

@@ -103,6 +103,7 @@ def _stretched(path: PPoly, fine: NDArray, way: NDArray, cruise: float) -> float
         gains.append(clock.a)
     v, a = np.array(speeds), np.array(gains)
     jerk = np.diff(a, append=0.0) / TICK
+    jerk[-2:] = 0  # the tick in which the clock arrives drops what is left of its acceleration
     s = np.interp(np.array(places), way, fine)
     tangent, bend, twist = by_length(path, s)
     v, a, jerk = v[:, None], a[:, None], jerk[:, None]
