@@ -106,7 +106,7 @@ def paths_figure(scenes: Mapping[int, PointScene], cases: Mapping[str, Sequence[
         lines = []
         for name, some in cases.items():
             good, curve = bool(some[k]["success"]), np.asarray(some[k]["curve"])
-            inside = ((curve >= scene.lower - 0.02) & (curve <= scene.upper + 0.02)).all(axis=1)
+            inside: NDArray = np.all((curve >= scene.lower - 0.02) & (curve <= scene.upper + 0.02), axis=1)
             curve = np.where(inside[:, None], curve, np.nan)
             lines.append(PathLine(curve, NAMES[name], COLOURS[name] if good else INFEASIBLE, not good))
         lines.sort(key=lambda path: not path.dashed)  # failures below the others

@@ -17,7 +17,7 @@ class Estimate(NamedTuple):
     value: float
     low: float
     high: float
-    count: int
+    scenes: int
 
 
 def share(kept: NDArray) -> Estimate:

@@ -25,7 +25,7 @@ KEYS = {"length": "length", "bending": "bending", "clearance": "clearance", "tra
 
 def row(found: Estimate, unit: str) -> dict[str, Any]:
     """One row with its interval."""
-    return {"value": found.value, "unit": unit, "low": found.low, "high": found.high, "scenes": found.count}
+    return {"value": found.value, "unit": unit, "low": found.low, "high": found.high, "scenes": found.scenes}
 
 
 def columns(cases: Sequence[Case]) -> dict[str, NDArray]:

@@ -22,9 +22,11 @@ CLEARANCES = {"touching": 1.0, "clear_3cm": 2.0}
 def paper_rows() -> dict[str, dict[str, Any]]:
     """Length [cm], bending energy [1/cm] and least surface distance [cm] for each clearance, with the weights by default."""
     scene = first_obstacles(robotica("columns"), OBSTACLES)
-    solids = (np.asarray(x, float) for x in (scene.center, scene.size, scene.yaw))
-    ends = (np.asarray(x, float) for x in (scene.start, scene.goal))
-    plain = PointScene(*ends, np.asarray(scene.kind), *solids, np.asarray(scene.lower), np.asarray(scene.upper))
+    start, goal, center, size, yaw, lower, upper = (
+        np.asarray(x, float)
+        for x in (scene.start, scene.goal, scene.center, scene.size, scene.yaw, scene.lower, scene.upper)
+    )
+    plain = PointScene(start, goal, np.asarray(scene.kind), center, size, yaw, lower, upper)
 
     def planned(zeta: jax.Array) -> jax.Array:
         params = jax.tree.map(jnp.float32, PlanParams())

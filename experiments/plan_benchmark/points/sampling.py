@@ -96,12 +96,16 @@ def _setup(scene: PointScene) -> Any:
     space.setBounds(bounds)
     simple = geometric.SimpleSetup(space)
     kept = keeps_clearance(scene)
-    simple.setStateValidityChecker(lambda state: kept(state[0], state[1], state[2]))
+
+    def valid(state: Any) -> bool:
+        return kept(state[0], state[1], state[2])
+
+    simple.setStateValidityChecker(valid)
     info = simple.getSpaceInformation()
     info.setStateValidityCheckingResolution(RESOLUTION / float(np.linalg.norm(scene.upper - scene.lower)))
     ends = []
     for x in (scene.start, scene.goal):
-        state = space.allocState()
+        state: Any = space.allocState()
         for k in range(3):
             state[k] = float(x[k])
         ends.append(state)

@@ -117,7 +117,8 @@ def way_exists(scene: PointScene) -> bool:
     count = np.floor((scene.upper - scene.lower) / CELL + 1e-9).astype(int) + 1
     axes = [low + CELL * np.arange(n) for low, n in zip(scene.lower, count, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    parts = np.asarray(label(scene.distances(grid).min(axis=0) >= CLEARANCE + CELL / 2)[0])
+    labelled: Any = label(scene.distances(grid).min(axis=0) >= CLEARANCE + CELL / 2)
+    parts: NDArray = labelled[0]
     start, goal = (
         parts[tuple(np.clip(np.rint((x - scene.lower) / CELL).astype(int), 0, count - 1))]
         for x in (scene.start, scene.goal)

@@ -1,7 +1,7 @@
 """One law of time for all curves: time-optimal within limits of each axis, and besides with a limit of jerk."""
 
 import logging
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,10 @@ from hrcjax.safety import ClockParams
 from .curve import Curve
 
 try:
-    import toppra
+    import toppra as _toppra
 except ImportError:  # told once by the run
-    toppra = None
+    _toppra = None
+toppra: Any = _toppra
 
 SPEED, ACCELERATION, JERK = 0.5, 2.0, 20.0
 """Limits of each axis [m/s, m/s^2, m/s^3]."""
@@ -70,13 +71,14 @@ def optimal_time(path: PPoly) -> float:
         gridpoints=grid,
         parametrizer="ParametrizeConstAccel",
     )
-    _, speed, _ = law.compute_parameterization(0.0, 0.0)
+    found: Any = law.compute_parameterization(0.0, 0.0)
+    speed = found[1]
     if speed is None:
         return float(np.nan)
     return float(np.sum(2 * np.diff(grid) / (speed[1:] + speed[:-1])))
 
 
-def _for_toppra(path: PPoly) -> "toppra.SplineInterpolator":
+def _for_toppra(path: PPoly) -> Any:
     """The curve as toppra's, by its own points: the same natural spline."""
     return toppra.SplineInterpolator(path.x, path(path.x), bc_type="natural")
 
