@@ -47,7 +47,7 @@ class PlanBenchmarkConfig:
     seed: int = 0
     """Seed of the first scene; the next ones follow."""
     planners: tuple[str, ...] = ()
-    """Planners of a point; none named: all. gradient_descent, plain_apf, iapf, iapf_optimised, multi_start, multi_start_short, rrt_star, informed_rrt_star, bfmt_star."""
+    """Planners of a point; none named: all. gradient_descent, plain_apf, iapf, iapf_optimised, multi_start, multi_start_slack, rrt_star, informed_rrt_star, bfmt_star."""
     budget: float = 1.0
     """Time of each of OMPL's planners for a scene, simplification included [s]."""
     out: Path | None = None

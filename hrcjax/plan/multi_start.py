@@ -1,5 +1,6 @@
 """The planner of a point with many starts: guesses are optimised side by side, and the best is taken."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 
@@ -11,10 +12,12 @@ from hrcjax.plan.path_result import PathResult
 from hrcjax.plan.plan import arch
 from hrcjax.plan.point_guesses import detour_guesses, detours
 from hrcjax.plan.potential import DistancesFn
-from hrcjax.typing import Array, Bool, Float, Int, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
 
 _OUTSIDE = 10.0
 """Violation that leaving the bounds counts as: more than any of a distance [m]."""
+FACTORS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+"""Of omega2, from which `plan_with_slack` chooses [1]."""
 
 
 def best_path(params: PathParams, paths: PathResult) -> Int[Array, ""]:
@@ -25,7 +28,25 @@ def best_path(params: PathParams, paths: PathResult) -> Int[Array, ""]:
         paths: with a leading axis; one that is not finite is never taken unless all are.
     """
     cost = params.omega1 * paths.length + params.omega2 * paths.bending_energy
-    finite = jnp.isfinite(cost) & jnp.isfinite(paths.violation)
+    return _least(paths, cost)
+
+
+def straightest_path(paths: PathResult, slack: Scalar) -> Int[Array, ""]:
+    """Which of several paths bends least, of those that keep distances and bounds and are at most `slack` longer than the
+    shortest of these; if none does, the one of least violation. Of equals the first.
+
+    Args:
+        paths: with a leading axis.
+        slack: part of the length [1].
+    """
+    kept = paths.clear & paths.inside & jnp.isfinite(paths.length)
+    shortest = jnp.min(jnp.where(kept, paths.length, jnp.inf))
+    short = paths.length <= (1 + slack) * shortest
+    return _least(paths, jnp.where(short | ~jnp.any(kept), paths.bending_energy, jnp.inf))
+
+
+def _least(paths: PathResult, cost: Float[Array, "path"]) -> Int[Array, ""]:
+    finite = jnp.isfinite(paths.length + paths.bending_energy + paths.violation)
     kept = paths.clear & paths.inside & finite
     missed = jnp.where(finite, paths.violation + jnp.where(paths.inside, 0, _OUTSIDE), jnp.inf)
     return jnp.argmin(jnp.where(jnp.any(kept), jnp.where(kept, cost, jnp.inf), missed))
@@ -87,6 +108,62 @@ def plan_multi_start(
     Raises:
         ValueError: fewer than 3 guesses.
     """
+    guesses, reached = _guesses(params, start, goal, distances, radius, lower, upper, sizes, count, step)
+    return optimise_best(params, guesses, distances, radius, lower, upper, sizes.iterations, reached)
+
+
+def plan_with_slack(
+    params: PlanParams,
+    start: Vector3,
+    goal: Vector3,
+    distances: DistancesFn,
+    radius: Float[Array, "obstacle"],
+    lower: Vector3,
+    upper: Vector3,
+    sizes: PlanSizes,
+    slack: Scalar = 0.01,
+    count: int = 16,
+    step: StepFn = damped_step,
+) -> PathResult:
+    """The straightest path that is hardly longer than the shortest: `plan_multi_start` for omega2 times each of FACTORS, and
+    of their paths the one of least bending energy among those at most `slack` longer than the shortest.
+
+    So the trade of length against bending is stated as a length, and not as weights that mean another one in every scene.
+
+    Args:
+        slack: part of the length that may be spent on less bending [1].
+        count: number of guesses for each weight.
+        Others as for `plan_multi_start`.
+
+    Not finite if: start and goal coincide.
+
+    Raises:
+        ValueError: fewer than 3 guesses.
+    """
+    guesses, reached = _guesses(params, start, goal, distances, radius, lower, upper, sizes, count, step)
+
+    def weighed(factor: Scalar) -> PathResult:
+        asked = eqx.tree_at(lambda p: p.path.omega2, params, params.path.omega2 * factor)
+        return optimise_best(asked, guesses, distances, radius, lower, upper, sizes.iterations, reached)
+
+    found = jax.vmap(weighed)(jnp.asarray(FACTORS, start.dtype))
+    best = straightest_path(found, slack)
+    return jax.tree.map(lambda x: x[best], found)
+
+
+def _guesses(
+    params: PlanParams,
+    start: Vector3,
+    goal: Vector3,
+    distances: DistancesFn,
+    radius: Float[Array, "obstacle"],
+    lower: Vector3,
+    upper: Vector3,
+    sizes: PlanSizes,
+    count: int,
+    step: StepFn,
+) -> tuple[Float[Array, "guess waypoint 3"], Bool[Array, ""]]:
+    """All guesses, and whether the descent reached the goal."""
     if count < 3:
         raise ValueError(f"{count} guesses; accepted are 3 or more")
     descent = potential_path(params.potential, start, goal, distances, radius, sizes.steps, step)
@@ -97,4 +174,4 @@ def plan_multi_start(
         arch(start, goal, upper, sizes.waypoints)[None],
         detour_guesses(start, goal, lower, upper, aside, sizes.waypoints),
     ])  # fmt: skip
-    return optimise_best(params, guesses, distances, radius, lower, upper, sizes.iterations, descent.reached)
+    return guesses, descent.reached

@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from plan_scenes import GOAL, START, scene
 
-from hrcjax.plan import PlanParams, PlanSizes, best_path, optimise_best, plan, plan_multi_start
+from hrcjax.plan import (
+    PlanParams,
+    PlanSizes,
+    best_path,
+    optimise_best,
+    plan,
+    plan_multi_start,
+    plan_with_slack,
+    straightest_path,
+)
 from hrcjax.plan.path_result import PathResult
 from hrcjax.plan.point_guesses import BOWS, detour_guesses, detours, sides
 
@@ -70,14 +79,35 @@ def test_a_blocked_straight_line_is_solved():
     assert gap.min() >= 0.03 - 1e-3 and np.isfinite(many.waypoints).all()
 
 
+SOME = among(drawn(3))
+GUESSES = detour_guesses(SOME.start, SOME.goal, jnp.asarray(LOWER), jnp.asarray(UPPER), jnp.asarray(detours(4)), 16)
+
+
+@jax.jit
+@jax.vmap
+def path_and_slope(zeta, guesses):
+    """The best path among columns, and its derivatives by zeta."""
+
+    def best(zeta):
+        s, asked = SOME, eqx.tree_at(lambda p: p.potential.zeta, params(), zeta)
+        found = optimise_best(asked, guesses, s.distances, s.radius, jnp.asarray(LOWER), jnp.asarray(UPPER), 14)
+        return found.waypoints, found.length
+
+    return jax.jvp(best, (zeta,), (jnp.ones_like(zeta),))
+
+
 def test_order_of_the_guesses_does_not_count():
-    s, p = among(drawn(3)), params()
-    low, high = jnp.asarray(LOWER), jnp.asarray(UPPER)
-    guesses = detour_guesses(s.start, s.goal, low, high, jnp.asarray(detours(8)), 24)
-    run = jax.jit(lambda g: optimise_best(p, g, s.distances, s.radius, low, high, 8))
-    base, turned = run(guesses), run(guesses[np.random.default_rng(0).permutation(8)])
-    np.testing.assert_allclose(turned.waypoints, base.waypoints, atol=1e-9)
-    np.testing.assert_allclose(cost(p, turned), cost(p, base), rtol=1e-12)
+    orders = jnp.stack([GUESSES, GUESSES[::-1], GUESSES[jnp.asarray([2, 0, 3, 1])]])
+    (paths, lengths), _ = jax.tree.map(np.asarray, path_and_slope(jnp.asarray([2.0, 2.0, 2.0]), orders))
+    np.testing.assert_allclose(paths[1:], paths[[0, 0]], atol=1e-9)
+    np.testing.assert_allclose(lengths[1:], lengths[[0, 0]], rtol=1e-12)
+
+
+def test_derivative_by_zeta_is_that_of_differences():
+    h = 1e-5
+    (_, length), (_, slope) = path_and_slope(jnp.asarray([2 - h, 2, 2 + h]), jnp.stack([GUESSES] * 3))
+    np.testing.assert_allclose(slope[1], (length[2] - length[0]) / (2 * h), rtol=1e-3)
+    assert abs(float(slope[1])) > 1e-3
 
 
 def results(length, bend=(0.0, 0.0, 0.0), violation=(0.0, 0.0, 0.0), inside=(True, True, True)):
@@ -105,6 +135,34 @@ def test_which_is_best(paths, best):
     assert int(best_path(params().path, paths)) == best
 
 
+@pytest.mark.parametrize(
+    ("paths", "best"),
+    [
+        (results([1.0, 1.009, 1.02], bend=[3.0, 2.0, 1.0]), 1),  # the last is too long
+        (results([1.02, 1.009, 1.0], bend=[1.0, 2.0, 2.0]), 1),  # the first of equals
+        (results([0.9, 1.0, 1.005], bend=[0.1, 2.0, 1.0], violation=[0.1, 0, 0]), 2),  # no measure of length
+        (results([1.0, 1.0, 1.0], bend=[1.0, 2.0, 3.0], violation=[0.3, 0.2, 0.4]), 1),
+        (results([np.nan, 1.0, 1.0], bend=[0.0, 2.0, 1.0]), 2),
+    ],
+)
+def test_which_is_straightest(paths, best):
+    assert int(straightest_path(paths, 0.01)) == best
+
+
+def test_slack_is_spent_on_less_bending():
+    s, p = among(drawn(3)), params()
+    low, high = jnp.asarray(LOWER), jnp.asarray(UPPER)
+
+    def planned(slack):
+        return plan_with_slack(p, s.start, s.goal, s.distances, s.radius, low, high, SIZES, slack, 4)
+
+    found = jax.jit(jax.vmap(planned))(jnp.asarray([0.0, 0.01, 0.05]))
+    assert (np.asarray(found.status) & 6 == 6).all()
+    length, bend = np.asarray(found.length), np.asarray(found.bending_energy)
+    assert bend[1] < bend[0] and bend[2] <= bend[1] and (np.diff(length) >= 0).all()
+    assert (length <= length[0] * (1 + np.array([0.0, 0.01, 0.05])) + 1e-12).all()
+
+
 @pytest.mark.parametrize("goal", [GOAL, *(START + np.array(x) for x in ([0, 0, 0.5], [0.3, 0, 0], [-0.2, -0.2, -0.2]))])
 def test_guesses_start_and_end_and_keep_the_bounds(goal, dtype):
     start, end = jnp.asarray(START, dtype), jnp.asarray(goal, dtype)
@@ -124,22 +182,6 @@ def test_guesses_start_and_end_and_keep_the_bounds(goal, dtype):
     free = guess(start, end, -far, far, jnp.asarray(table, dtype), 31)
     high_of = np.linalg.norm(np.asarray(free)[1 : 1 + BOWS, 15] - (START + goal) / 2, axis=1)
     np.testing.assert_allclose(high_of, 0.3 * np.linalg.norm(goal - START), rtol=1e-3)
-
-
-def test_derivative_by_zeta_is_that_of_differences():
-    s, p = among(drawn(3)), params()
-    low, high = jnp.asarray(LOWER), jnp.asarray(UPPER)
-    guesses = detour_guesses(s.start, s.goal, low, high, jnp.asarray(detours(4)), 16)
-
-    def length(zeta):
-        asked = eqx.tree_at(lambda p: p.potential.zeta, p, zeta)
-        return optimise_best(asked, guesses, s.distances, s.radius, low, high, 14).length
-
-    at, h = jnp.asarray(2.0), 1e-5
-    both = jax.jit(jax.vmap(lambda z: jax.jvp(length, (z,), (jnp.ones_like(z),))))(jnp.stack([at - h, at, at + h]))
-    value, slope = both
-    np.testing.assert_allclose(slope[1], (value[2] - value[0]) / (2 * h), rtol=1e-3)
-    assert abs(float(slope[1])) > 1e-3
 
 
 def test_too_few_guesses_are_refused():

@@ -32,11 +32,11 @@ from .scenes import PointScene
 Case = Mapping[str, NDArray]
 COLOURS = {
     "gradient_descent": KNOB_COLOURS[4], "plain_apf": "#b8a04a", "iapf": PERSON, "iapf_optimised": PLAN, "multi_start": BEST,
-    "multi_start_short": "#0b2e57", "rrt_star": WORST, "informed_rrt_star": KNOB_COLOURS[3], "bfmt_star": KNOB_COLOURS[2],
+    "multi_start_slack": "#0b2e57", "rrt_star": WORST, "informed_rrt_star": KNOB_COLOURS[3], "bfmt_star": KNOB_COLOURS[2],
 }  # fmt: skip
 NAMES = {
     "gradient_descent": "gradient descent", "plain_apf": "plain APF", "iapf": "IAPF", "iapf_optimised": "IAPF + optimiser",
-    "multi_start": "multi-start", "multi_start_short": "multi-start, short", "rrt_star": "RRT*",
+    "multi_start": "multi-start", "multi_start_slack": "multi-start, 1 % slack", "rrt_star": "RRT*",
     "informed_rrt_star": "Informed RRT*", "bfmt_star": "BFMT*",
 }  # fmt: skip
 

@@ -16,6 +16,8 @@ LONGER, BENT = 1.01, 0.5
 BASELINES = ("gradient_descent", "plain_apf", "iapf", "rrt_star", "informed_rrt_star", "bfmt_star")
 """Planners that the bar compares with; the others are the library's optimiser."""
 MINE = "multi_start"
+MANY = (MINE, "multi_start_slack")
+"""Planners that are held against the best baseline."""
 UNITS = {
     "success": "1", "length": "m", "bending": "1/m", "clearance": "m", "travel": "s", "travel_jerk": "s", "planning": "s",
 }  # fmt: skip
@@ -61,10 +63,10 @@ def pair_rows(name: str, mine: Mapping[str, NDArray], other: Mapping[str, NDArra
     return rows
 
 
-def best_rows(found: Mapping[str, Mapping[str, NDArray]]) -> Rows:
-    """`multi_start` against the shortest baseline of every scene in which any succeeds; its own failure counts as a miss."""
-    others = [found[name] for name in BASELINES if name in found]
-    mine = found[MINE]
+def best_rows(name: str, found: Mapping[str, Mapping[str, NDArray]]) -> Rows:
+    """A planner against the shortest baseline of every scene in which any succeeds; its own failure counts as a miss."""
+    others = [found[other] for other in BASELINES if other in found]
+    mine = found[name]
     lengths = np.stack([np.where(of["success"] > 0, of["length"], np.inf) for of in others])
     any_one = np.isfinite(lengths).any(axis=0)
     if not any_one.any():
@@ -75,9 +77,9 @@ def best_rows(found: Mapping[str, Mapping[str, NDArray]]) -> Rows:
     short = (ok & (mine["length"] <= LONGER * lengths.min(axis=0)))[any_one]
     straight = (ok & (mine["bending"] <= BENT * bend))[any_one]
     return {
-        "point_best_share": row(share(short & straight), "1"),
-        "point_best_length_share": row(share(short), "1"),
-        "point_best_bending_share": row(share(straight), "1"),
+        f"point_best_share_{name}": row(share(short & straight), "1"),
+        f"point_best_length_share_{name}": row(share(short), "1"),
+        f"point_best_bending_share_{name}": row(share(straight), "1"),
     }
 
 
@@ -93,6 +95,8 @@ def point_rows(cases: Mapping[str, Sequence[Case]], rejected: Mapping[str, int])
         for name, of in found.items():
             if name != MINE:
                 rows |= pair_rows(name, found[MINE], of)
-        if any(name in found for name in BASELINES):
-            rows |= best_rows(found)
+    if any(name in found for name in BASELINES):
+        for name in MANY:
+            if name in found:
+                rows |= best_rows(name, found)
     return rows

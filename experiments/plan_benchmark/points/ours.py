@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import equinox as eqx
@@ -11,6 +12,7 @@ import numpy as np
 
 from hrcjax.plan import (
     GradientDescentParams,
+    PathResult,
     PlanParams,
     PlanSizes,
     PotentialParams,
@@ -20,6 +22,7 @@ from hrcjax.plan import (
     gradient_descent_path,
     plan,
     plan_multi_start,
+    plan_with_slack,
     potential_path,
 )
 from hrcjax.plan.potential import limited
@@ -36,15 +39,14 @@ STEPS = 3000
 SIZES = PlanSizes()
 STARTS = 16
 """Guesses of the planner with many starts."""
-SHORT = 0.001
-"""Weight of bending of the planner `multi_start_short`; the default is 0.01 [m]."""
+SLACK = 0.01
+"""Part of the length that `multi_start_slack` may spend on less bending [1]."""
 
 Planned = tuple[Float[Array, "point 3"], Bool[Array, ""]]
 
 
-def _params(omega2: float | None = None) -> PlanParams:
+def _params() -> PlanParams:
     found = eqx.tree_at(lambda p: p.potential.zeta, PlanParams(), ZETA)
-    found = found if omega2 is None else eqx.tree_at(lambda p: p.path.omega2, found, omega2)
     return jax.tree.map(jnp.float32, found)
 
 
@@ -98,26 +100,26 @@ def iapf_optimised(scene: Scene) -> Planned:
     return found.waypoints, found.clear & found.inside
 
 
-def _multi_start(scene: Scene, omega2: float | None = None) -> Planned:
-    found = plan_multi_start(
-        _params(omega2), scene.start, scene.goal, lambda x: obstacle_distances(scene, x), scene.radius, scene.lower, scene.upper,
-        SIZES, STARTS,
+def multi_start(scene: Scene) -> Planned:
+    """The optimiser from many starts, weights as by default."""
+    return _many(scene, plan_multi_start)
+
+
+def multi_start_slack(scene: Scene) -> Planned:
+    """The same for several weights of bending: the straightest path at most 1 % longer than the shortest of them."""
+    return _many(scene, partial(plan_with_slack, slack=jnp.float32(SLACK)))
+
+
+def _many(scene: Scene, planner: Callable[..., PathResult]) -> Planned:
+    found = planner(
+        _params(), scene.start, scene.goal, lambda x: obstacle_distances(scene, x), scene.radius, scene.lower, scene.upper, SIZES,
+        count=STARTS,
     )  # fmt: skip
     return found.waypoints, found.clear & found.inside
 
 
-def multi_start(scene: Scene) -> Planned:
-    """The optimiser from many starts, weights as by default."""
-    return _multi_start(scene)
-
-
-def multi_start_short(scene: Scene) -> Planned:
-    """The same with a tenth of the weight of bending."""
-    return _multi_start(scene, SHORT)
-
-
 OURS: dict[str, Callable[[Scene], Planned]] = {
-    f.__name__: f for f in (gradient_descent, plain_apf, iapf, iapf_optimised, multi_start, multi_start_short)
+    f.__name__: f for f in (gradient_descent, plain_apf, iapf, iapf_optimised, multi_start, multi_start_slack)
 }
 """Planners by name, each for one scene."""
 

@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from hrcjax.lab.table import aligned
+from hrcjax.plan.multi_start import FACTORS
 
 from .cases import PLANNERS
 from .curve import SPACINGS, TOLERANCE
 from .measures import BASELINES, BENT, KEYS, LONGER, MINE, UNITS
-from .ours import SHORT, STARTS, STEPS
+from .ours import SLACK, STARTS, STEPS
 from .sampling import RESOLUTION, SAMPLES
 from .scenes import CELL, CLEARANCE, LEAST_WAY, MOST
 from .timing import ACCELERATION, JERK, SPEED
@@ -26,7 +27,7 @@ bounds. A scene counts if a grid of {cell:g} cm hangs together from start to goa
   repulsion at the goal, in unit steps. `iapf`: the improved potential, in the library's damped steps. These three, {steps} steps at most, see the
   obstacles grown by the clearance, so that staying outside keeps it; after arrival within 1 cm they go straight to the goal.
   `iapf_optimised`: the library's `plan`, a descent and an arch, optimised. `multi_start`: `plan_multi_start`, {starts} guesses optimised side by
-  side, weights as by default (1, 0.01 m); `multi_start_short` weighs bending by {short:g} m. `rrt_star`, `informed_rrt_star`, `bfmt_star`: OMPL's, with length as
+  side, weights as by default (1, 0.01 m); `multi_start_slack`: `plan_with_slack`, the same for {factors} weights of bending, from 0.0003 to 0.1 m, and of these the straightest path at most {slack:g} % longer than the shortest of them. `rrt_star`, `informed_rrt_star`, `bfmt_star`: OMPL's, with length as
   objective and OMPL's simplification, {budget:g} s for each scene, simplification included; RRT* and Informed RRT* take all of it, BFMT* starts with {samples} samples and
   ends with its first solution, or doubles them. Validity is tested every {resolution:g} mm by a function in Python.
 * **One curve for all.** Broken lines have corners, which no law of time passes without a stop. Of every planner's line natural
@@ -105,7 +106,7 @@ def point_page(rows: Rows) -> str:
     ) or "none"  # fmt: skip
     text = TEXT.format(
         scenes=rows["point_scenes"]["value"], way=LEAST_WAY, most=MOST, clear=100 * CLEARANCE, cell=100 * CELL, rejected=rejected, steps=STEPS,
-        starts=STARTS, short=SHORT, budget=rows["point_budget"]["value"], samples=SAMPLES, resolution=1000 * RESOLUTION, first=100 * SPACINGS[0],
+        starts=STARTS, slack=100 * SLACK, factors=len(FACTORS), budget=rows["point_budget"]["value"], samples=SAMPLES, resolution=1000 * RESOLUTION, first=100 * SPACINGS[0],
         last=100 * SPACINGS[-1], tolerance=1000 * TOLERANCE, speed=SPEED, acceleration=ACCELERATION, jerk=JERK,
     )  # fmt: skip
     text += "\n" + markdown(planner_table(rows))
@@ -123,7 +124,7 @@ def definition(name: str) -> str:
 
 DEFINITIONS = {
     f"point_success_{MINE}": "share of scenes with a path that keeps clearance and bounds, planner and check agreeing",
-    "point_best_share": f"share of scenes in which `{MINE}` is at most {100 * (LONGER - 1):.0f} % longer than the shortest of the baselines ({', '.join(BASELINES)}) that succeed, and its bending energy at most {BENT:g} of that one's",
+    "point_best_share": f"share of scenes in which the planner is at most {100 * (LONGER - 1):.0f} % longer than the shortest of the baselines ({', '.join(BASELINES)}) that succeed, and its bending energy at most {BENT:g} of that one's",
     "point_best_length_share": "the same for the length alone",
     "point_best_bending_share": "the same for the bending energy alone",
     "point_paper_length_touching": "paper's scene, obstacles as columns, no contact asked for: length (printed optimum 78.64 cm; shortest without contact 72.88 cm)",
