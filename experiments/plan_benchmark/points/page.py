@@ -33,6 +33,7 @@ bounds. A scene counts if a grid of {cell:g} cm hangs together from start to goa
 * **One curve for all.** Broken lines have corners, which no law of time passes without a stop. Of every planner's line natural
   cubic splines are laid through points {first:g} to {last:g} cm apart on it, and the first, the smoothest, that the check accepts is executed and measured. If none is
   accepted, the line itself is, with a stop at every corner; its bending energy is infinite.
+  So the corners of the sampling planners' lines are rounded as far as the clearance allows, and their bending energies are not those of corners.
 * **One check for all**, in NumPy: the curve's points every mm, exact distances; {tolerance:g} mm of violation count as kept. Success: the planner claims it and the check agrees.
 * **One law of time for all**: toppra, from rest to rest, {speed:g} m/s and {acceleration:g} m/s^2 on each axis (`travel`). It knows no limit of jerk: besides, `travel_jerk` is the library's path clock
   at the best of several constant cruising speeds, stretched in time until each axis also keeps {jerk:g} m/s^3. That law does not slow down for bends alone, so that it favours straight paths.
