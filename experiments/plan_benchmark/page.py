@@ -26,7 +26,8 @@ def bars_table(rows: Rows, names: Sequence[str]) -> str:
         bar = " ".join(map(str, BARS[name])) if name in BARS else ""
         missed = " (missed)" if holds(name, entry["value"]) is False else ""
         words = DEFINITIONS.get(name) or definition(name)
-        lines.append(f"| {name} | {entry['value']:.4g} | {entry['unit']} | {bar}{missed} | {words} |")
+        around = f" [{entry['low']:.3g}, {entry['high']:.3g}]" if "low" in entry else ""
+        lines.append(f"| {name} | {entry['value']:.4g}{around} | {entry['unit']} | {bar}{missed} | {words} |")
     return "\n".join(lines) + "\n"
 
 

@@ -40,7 +40,8 @@ bounds. A scene counts if a grid of {cell:g} cm hangs together from start to goa
 * **Planning time** of the library's planners is that of one scene alone on the CPU, in float32, compiled before; of OMPL's it contains the validity function in Python, which a C++ one would shorten.
 
 Medians over the scenes that the planner itself solves, with 95 % bootstrap intervals (planning time: over all scenes); shares with Wilson's intervals. Medians over
-different scenes do not compare planners; the ratios below do.
+different scenes do not compare planners; the ratios below do. OMPL's planners stop by the clock: in another run their paths are others, and
+shares against the best of them move by some percent.
 """
 PAIRS = """
 `multi_start` over each other planner, in the scenes in which both succeed: median ratios, below 1 where `multi_start` is less.
