@@ -23,6 +23,7 @@ BARS = {
         "query_18_ms": ("<", 0.3),
         "query_ratio_to_exp": ("<=", 4.0),
     },
+    "plan": {"settings_per_s": (">=", 500.0)},
     "scale": {"results_peak_mb": ("<", 2147.0), "figures_peak_mb": ("<", 2147.0)},
 }
 """Section -> row -> target of its value."""

@@ -1,4 +1,4 @@
-"""`python -m experiments.plan_benchmark`: measures the planner of the whole arm."""
+"""`python -m experiments.plan_benchmark`: measures the planners of a point and of the whole arm."""
 
 import sys
 from collections.abc import Sequence

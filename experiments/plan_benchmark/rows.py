@@ -11,14 +11,23 @@ from .problems import Problems, joint_length
 from .solve import Solved
 
 Rows = dict[str, dict[str, Any]]
+POINT = "point_"
+"""Begin of the names of rows of the comparison in point space."""
 COMPARE: dict[str, Callable[[float, float], bool]] = {"<": operator.lt, "<=": operator.le, ">=": operator.ge}
 BARS: dict[str, tuple[str, float]] = {
     "success": (">=", 0.95),
     "length_ratio_median": ("<=", 0.6),
     "length_ratio_p95": ("<=", 1.0),
     "settings_per_s": (">=", 100.0),
+    "point_success_multi_start": (">=", 0.99),
+    "point_success_multi_start_slack": (">=", 0.99),
+    "point_best_share_multi_start": (">=", 0.9),
+    "point_best_share_multi_start_slack": (">=", 0.9),
+    "point_paper_length_touching": ("<=", 74.0),
+    "point_paper_bending_touching": ("<=", 0.03),
 }
 DEFINITIONS = {
+    "taken": "problems taken from the file",
     "problems": "problems whose reference path is free by the exact check; the others do not count",
     "success": "share of these with a path that is free by the exact check at steps of 2 degrees",
     "straight_share": "share of these whose straight joint line is free",
@@ -46,7 +55,7 @@ def problem_rows(problems: Problems, reference_free: NDArray, solved: Solved) ->
     """Rows of the problems."""
     counted = np.flatnonzero(reference_free)
     if not len(counted):
-        return {"problems": row(0, "1")}
+        return {"taken": row(len(problems), "1"), "problems": row(0, "1")}
     stage = solved.stage[counted]
     ratios, hard = [], []
     for k in counted:
@@ -56,6 +65,7 @@ def problem_rows(problems: Problems, reference_free: NDArray, solved: Solved) ->
             hard.append(solved.stage[k] > 0)
     ratio, is_hard = np.array(ratios), np.array(hard, bool)
     rows = {
+        "taken": row(len(problems), "1"),
         "problems": row(len(counted), "1"),
         "success": row((stage >= 0).mean(), "1"),
         "straight_share": row((stage == 0).mean(), "1"),
@@ -80,22 +90,3 @@ def holds(name: str, value: float) -> bool | None:
         return None
     how, bar = BARS[name]
     return COMPARE[how](value, bar)
-
-
-def page(rows: Rows, count: int) -> str:
-    """A Markdown page of the rows."""
-    lines = [
-        "# The planner of the whole arm, measured\n",
-        "Written by `python -m experiments.plan_benchmark --page FILE`; do not edit. Problems of a UR5 among 2 to 12 boxes"
-        " (rainorangelemon/gnn-motion-planning, MIT), the arm's capsules 1 cm thinner than the project's, forearm and wrist 2"
-        f" may overlap; {count} problems taken.\n",
-        "| row | value | unit | bar | what it measures |",
-        "|---|---|---|---|---|",
-    ]
-    for name, entry in rows.items():
-        bar = " ".join(map(str, BARS[name])) if name in BARS else ""
-        missed = " (missed)" if holds(name, entry["value"]) is False else ""
-        lines.append(
-            f"| {name} | {entry['value']:.4g} | {entry['unit']} | {bar}{missed} | {DEFINITIONS.get(name, '')} |"
-        )
-    return "\n".join(lines) + "\n"

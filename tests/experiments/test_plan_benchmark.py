@@ -10,8 +10,9 @@ import pytest
 
 from experiments.plan_benchmark.checker import STEP, Checker, dense
 from experiments.plan_benchmark.config import PlanBenchmarkConfig, parse
+from experiments.plan_benchmark.page import page
 from experiments.plan_benchmark.problems import Problems, joint_length, read_problems, thin_arm
-from experiments.plan_benchmark.rows import holds, page, problem_rows
+from experiments.plan_benchmark.rows import holds, problem_rows
 from experiments.plan_benchmark.run import run
 from experiments.plan_benchmark.solve import Solved
 from hrcjax.lab.errors import UsageError
@@ -87,7 +88,7 @@ def test_rows_on_results_made_by_hand():
     assert rows["ms_amortised"] == pytest.approx(200)
     assert rows["length_hard_median"] == pytest.approx(joint_length(long) / 0.8)
     assert holds("success", 0.94) is False and holds("success", 0.95) and holds("problems", 1) is None
-    assert "(missed)" in page(problem_rows(both, np.array([True] * 3), solved), 3)
+    assert "(missed)" in page(problem_rows(both, np.array([True] * 3), solved))
 
 
 @pytest.mark.slow
@@ -101,15 +102,15 @@ def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
     np.savez(file, start=made.start, goal=made.goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
              path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
     out = tmp_path / "rows.json"
-    assert run(PlanBenchmarkConfig(problems=file, settings=0, json=out, page=tmp_path / "page.md")) == 0
+    assert run(PlanBenchmarkConfig(space="arm", problems=file, settings=0, json=out, page=tmp_path / "page.md")) == 0
     rows = json.loads(out.read_text())["plan_benchmark"]
     assert rows["problems"]["value"] == rows["success"]["value"] == 1
     assert rows["straight_share"]["value"] == 0 and 0.3 < rows["length_hard_median"]["value"] < 1
-    assert (tmp_path / "page.md").read_text().startswith("# The planner")
+    assert (tmp_path / "page.md").read_text().startswith("# The planners")
 
 
 def test_missing_and_wrong_problems_are_told(tmp_path, capsys):
-    assert run(PlanBenchmarkConfig(problems=tmp_path / "none.npz", settings=0)) == 0
+    assert run(PlanBenchmarkConfig(space="arm", problems=tmp_path / "none.npz", settings=0)) == 0
     assert "left out" in capsys.readouterr().err
     np.savez(tmp_path / "wrong.npz", a=np.zeros(2))
     with pytest.raises(UsageError, match="no planning problems"):

@@ -1,0 +1,1 @@
+"""Planners of a point, compared in seeded scenes with obstacles on the straight line."""

@@ -1,0 +1,146 @@
+"""The part of the page, and of what is printed, that compares planners of a point: from the rows alone."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from hrcjax.lab.table import aligned
+from hrcjax.plan.multi_start import FACTORS
+
+from .cases import PLANNERS
+from .curve import SPACINGS, TOLERANCE
+from .measures import BASELINES, BENT, KEYS, LONGER, MINE, UNITS
+from .ours import SLACK, STARTS, STEPS
+from .sampling import RESOLUTION, SAMPLES
+from .scenes import CELL, CLEARANCE, LEAST_WAY, MOST
+from .timing import ACCELERATION, JERK, SPEED
+
+Rows = Mapping[str, Mapping[str, Any]]
+TEXT = """
+## Planners of a point, compared
+
+{scenes:.0f} seeded scenes in the workspace of the Robotica paper. Start and goal are at least {way:g} m apart; 1 to {most} balls, columns or boxes stand on
+the straight line between them, each met by it; they may touch each other. Every planner must keep {clear:g} cm from every surface, and the
+bounds. A scene counts if a grid of {cell:g} cm hangs together from start to goal with that clearance; rejected: {rejected}.
+
+* **Planners.** `gradient_descent`: the paper's baseline with its printed gains. `plain_apf`: the potential without the factor that fades
+  repulsion at the goal, in unit steps. `iapf`: the improved potential, in the library's damped steps. These three, {steps} steps at most, see the
+  obstacles grown by the clearance, so that staying outside keeps it; after arrival within 1 cm they go straight to the goal.
+  `iapf_optimised`: the library's `plan`, a descent and an arch, optimised. `multi_start`: `plan_multi_start`, {starts} guesses optimised side by
+  side, weights as by default (1, 0.01 m); `multi_start_slack`: `plan_with_slack`, the same for {factors} weights of bending, from 0.0003 to 0.1 m, and of these the straightest path at most {slack:g} % longer than the shortest of them. `rrt_star`, `informed_rrt_star`, `bfmt_star`: OMPL's, with length as
+  objective and OMPL's simplification, {budget:g} s for each scene, simplification included; RRT* and Informed RRT* take all of it, BFMT* starts with {samples} samples and
+  ends with its first solution, or doubles them. Validity is tested every {resolution:g} mm by a function in Python.
+* **One curve for all.** Broken lines have corners, which no law of time passes without a stop. Of every planner's line natural
+  cubic splines are laid through points {first:g} to {last:g} cm apart on it, and the first, the smoothest, that the check accepts is executed and measured. If none is
+  accepted, the line itself is, with a stop at every corner; its bending energy is infinite.
+  So the corners of the sampling planners' lines are rounded as far as the clearance allows, and their bending energies are not those of corners.
+* **One check for all**, in NumPy: the curve's points every mm, exact distances; {tolerance:g} mm of violation count as kept. Success: the planner claims it and the check agrees.
+* **One law of time for all**: toppra, from rest to rest, {speed:g} m/s and {acceleration:g} m/s^2 on each axis (`travel`). It knows no limit of jerk: besides, `travel_jerk` is the library's path clock
+  at the best of several constant cruising speeds, stretched in time until each axis also keeps {jerk:g} m/s^3. That law does not slow down for bends alone, so that it favours straight paths.
+* **Planning time** of the library's planners is that of one scene alone on the CPU, in float32, compiled before; of OMPL's it contains the validity function in Python, which a C++ one would shorten.
+
+Medians over the scenes that the planner itself solves, with 95 % bootstrap intervals (planning time: over all scenes); shares with Wilson's intervals. Medians over
+different scenes do not compare planners; the ratios below do. OMPL's planners stop by the clock: in another run their paths are others, and
+shares against the best of them move by some percent.
+"""
+PAIRS = """
+`multi_start` over each other planner, in the scenes in which both succeed: median ratios, below 1 where `multi_start` is less.
+"""
+
+
+def number(value: float) -> str:
+    """Three significant digits, or more where they are few."""
+    if not math.isfinite(value):
+        return "-" if math.isnan(value) else "inf"
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+
+
+def interval(entry: Mapping[str, Any] | None) -> str:
+    """Value and interval of a row; "-" where there is none."""
+    if entry is None or math.isnan(entry["value"]):
+        return "-"
+    return f"{number(entry['value'])} [{number(entry['low'])}, {number(entry['high'])}]"
+
+
+def planners_in(rows: Rows) -> list[str]:
+    """Those that were measured."""
+    return [name for name in PLANNERS if f"point_success_{name}" in rows]
+
+
+def planner_table(rows: Rows) -> list[list[str]]:
+    """Head and a line for every planner."""
+    head = ["planner", *(f"{name} [{unit}]" if unit != "1" else name for name, unit in UNITS.items()), "stops"]
+    lines = [head]
+    for name in planners_in(rows):
+        stops = rows.get(f"point_stops_{name}", {"value": math.nan})["value"]
+        lines.append([name, *(interval(rows.get(f"point_{measure}_{name}")) for measure in UNITS), number(stops)])
+    return lines
+
+
+def pair_table(rows: Rows) -> list[list[str]]:
+    """Head and a line of ratios for every other planner."""
+    lines = [["other planner", "scenes", "length", "bending", "travel", "travel_jerk"]]
+    for name in planners_in(rows):
+        found = [rows.get(f"point_ratio_{m}_{name}") for m in ("length", "bending", "travel", "travel_jerk")]
+        if found[0] is not None:
+            lines.append([name, str(found[0]["scenes"]), *(interval(one) for one in found)])
+    return lines
+
+
+def markdown(lines: list[list[str]]) -> str:
+    """A table."""
+    return "\n".join("| " + " | ".join(line) + " |" for line in [lines[0], ["---"] * len(lines[0]), *lines[1:]]) + "\n"
+
+
+def printed(rows: Rows) -> str:
+    """Both tables as text."""
+    parts = [aligned(table, "<") for table in (planner_table(rows), pair_table(rows)) if len(table) > 1]
+    return "\n\n".join(parts)
+
+
+def point_page(rows: Rows) -> str:
+    """The tables with what they measure; empty without rows."""
+    if "point_scenes" not in rows:
+        return ""
+    rejected = ", ".join(
+        f"{rows[name]['value']:.0f} ({name.removeprefix('point_rejected_').replace('_', ' ')})"
+        for name in rows if name.startswith("point_rejected_")
+    ) or "none"  # fmt: skip
+    text = TEXT.format(
+        scenes=rows["point_scenes"]["value"], way=LEAST_WAY, most=MOST, clear=100 * CLEARANCE, cell=100 * CELL, rejected=rejected, steps=STEPS,
+        starts=STARTS, slack=100 * SLACK, factors=len(FACTORS), budget=rows["point_budget"]["value"], samples=SAMPLES, resolution=1000 * RESOLUTION, first=100 * SPACINGS[0],
+        last=100 * SPACINGS[-1], tolerance=1000 * TOLERANCE, speed=SPEED, acceleration=ACCELERATION, jerk=JERK,
+    )  # fmt: skip
+    text += "\n" + markdown(planner_table(rows))
+    pairs = pair_table(rows)
+    return text + (PAIRS + "\n" + markdown(pairs) if len(pairs) > 1 else "")
+
+
+def definition(name: str) -> str:
+    """What a row of this part measures."""
+    for prefix, words in DEFINITIONS.items():
+        if name.startswith(prefix):
+            return words
+    return ""
+
+
+DEFINITIONS = {
+    f"point_success_{MINE}": "share of scenes with a path that keeps clearance and bounds, planner and check agreeing",
+    "point_best_share": f"share of scenes in which the planner is at most {100 * (LONGER - 1):.0f} % longer than the shortest of the baselines ({', '.join(BASELINES)}) that succeed, and its bending energy at most {BENT:g} of that one's",
+    "point_best_length_share": "the same for the length alone",
+    "point_best_bending_share": "the same for the bending energy alone",
+    "point_paper_length_touching": "paper's scene, obstacles as columns, no contact asked for: length (printed optimum 78.64 cm; shortest without contact 72.88 cm)",
+    "point_paper_bending_touching": "its bending energy (printed 0.03)",
+    "point_paper_distance": "least surface distance of that path",
+    "point_paper_length_clear_3cm": "the same scene with 3 cm from the surfaces: length",
+    "point_paper_bending_clear_3cm": "its bending energy",
+    "point_scenes": "scenes",
+    "point_rejected": "seeds rejected for this reason",
+    "point_budget": "time of a sampling planner for a scene",
+    "point_success": "success of this planner, with Wilson's interval",
+    "point_ratio": f"`{MINE}` over this planner where both succeed: median ratio",
+    "point_wrong_claim": "share of scenes in which the planner claims success and the check disagrees",
+    "point_stops": "share of its successes whose line is executed with stops at corners",
+    "point_compile": "time to compile the planner",
+    **{f"point_{measure}": f"median over the scenes that this planner solves, in {UNITS[measure]}" for measure in KEYS},
+}
