@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from .compare import LOSS, lost_worlds, ranked
+from .kinds import lines, never
 from .problem import SCORE, TERMS
 from .results import REFERENCE, Found, cells, verdicts
 
@@ -46,6 +47,11 @@ the bootstrap over worlds, with all seeds of a method in each, and over its seed
 {table}
 
 {verdicts}
+
+In {never} of {held} held-out worlds no run of any method succeeds{never_names}: they are in the means above, and rank nothing. Mean scores in the
+others, by what of a world was seen in training:
+
+{kinds}
 
 ## Where gradient loses
 {losses}
@@ -96,13 +102,16 @@ def ratio_text(costs: Mapping[str, float], given: float) -> str:
     )
 
 
-def page(found: Found, problem: Any, config: Any, origin: Mapping[str, Any], said: Mapping[str, str]) -> str:
+def page(
+    found: Found, problem: Any, config: Any, origin: Mapping[str, Any], said: Mapping[str, str], groups: Mapping[str, Sequence[int]]
+) -> str:  # fmt: skip
     """The whole page.
 
     Args:
+        groups: kinds of held-out worlds and their places.
         said: command, folder and figures, as text.
     """
-    sweep = found.entries.get("sweep")
+    sweep, lost = found.entries.get("sweep"), never(found.held_out)
     used = ", ".join(f"{name} {version}" for name, version in origin["versions"].items())
     return PAGE.format(
         command=said["command"],
@@ -129,6 +138,9 @@ def page(found: Found, problem: Any, config: Any, origin: Mapping[str, Any], sai
         choices=config.choices,
         grid=" ".join(config.grid),
         table=markdown(cells(found)),
+        never=int(lost.sum()),
+        never_names=f" ({', '.join(np.array(found.worlds)[lost])})" if lost.any() else "",
+        kinds=markdown(lines(found.held_out, groups)),
         verdicts="\n".join(f"* {line}" for line in verdicts(found)),
         losses=losses_text(found),
         folder=said["folder"],

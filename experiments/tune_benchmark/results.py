@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hrcjax.lab.table import aligned
 
 from .compare import Difference, difference, known, mean, ranked
+from .config import BY_GRADIENT
 from .methods import Entry
 from .problem import REPORTED, SCORE
 
@@ -69,8 +70,9 @@ def rows(found: Found) -> dict[str, dict[str, Any]]:
         made[f"{method}_not_finite"] = _row(sum(one.not_finite for one in entries), "settings", "low")
         if method != "defaults" and "defaults" in found.scores:
             put(f"{method}_minus_defaults", found.versus(method, "defaults"))
-        if method != REFERENCE and REFERENCE in found.scores:
-            put(f"{REFERENCE}_minus_{method}", found.versus(REFERENCE, method))
+        for one in BY_GRADIENT:
+            if method != one and one in found.scores and f"{one}_minus_{method}" not in made:
+                put(f"{one}_minus_{method}", found.versus(one, method))
     made["budget"] = _row(found.budget, "forward episodes")
     for name, value in found.costs.items():
         made["gradient_cost_ratio" if name == "ratio" else f"cost_{name}"] = _row(value, "1" if "ratio" in name else "s", "low")  # fmt: skip
@@ -113,9 +115,10 @@ def verdicts(found: Found) -> list[str]:
     ]
     if REFERENCE not in found.scores:
         return said
-    for method in order:
-        if method != REFERENCE:
-            apart = found.versus(REFERENCE, method)
-            word = apart.word if np.isfinite(apart.low) else "one world, no interval"
-            said.append(f"{REFERENCE} against {method}: {word}, {_apart(apart)} points.")
+    for one in (name for name in BY_GRADIENT if name in found.scores):
+        for method in order:
+            if method != one and not (one != REFERENCE and method == REFERENCE):
+                apart = found.versus(one, method)
+                word = apart.word if np.isfinite(apart.low) else "one world, no interval"
+                said.append(f"{one} against {method}: {word}, {_apart(apart)} points.")
     return said

@@ -34,6 +34,7 @@ from .compare import known
 from .config import BY_GRADIENT, METHODS, TuneBenchmarkConfig
 from .forward import Forward
 from .grid_sweep import grid_settings, grid_vectors
+from .kinds import kinds
 from .methods import ONE_SEED, Entry, played
 from .page import page
 from .problem import SCORE, Build, race_problem, refuse_yardsticks, tune_config
@@ -42,7 +43,7 @@ from .slopes import Slopes
 
 NO_RESULT = ("config", "methods", "seeds_of_methods", "smooth", "seed", "out", "json", "page", "figures", "overwrite")
 """Options that do not change what a method with a seed finds."""
-AFTERWARDS = ("compare.py", "results.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py")
+AFTERWARDS = ("compare.py", "kinds.py", "results.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py")
 """Files that only read what methods found."""
 SECTION = "tune_benchmark"
 CHOICES = "choices"
@@ -203,7 +204,9 @@ def _write(
     if config.page:
         said = {"command": line, "folder": str(folder), "figures": "; ".join(drawn)}
         used = origin | {"versions": origin["versions"] | {"cmaes": metadata.version("cmaes"), "optax": metadata.version("optax")}}  # fmt: skip
-        write_bytes(config.page, page(found, problem, config, used, said).encode())
+        write_bytes(
+            config.page, page(found, problem, config, used, said, kinds(*world_names(tune_config(config, 1)))).encode()
+        )
 
 
 def _write_choices(

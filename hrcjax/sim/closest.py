@@ -50,34 +50,36 @@ def closest(
     distance: Callable[[Int[Array, ""], Int[Array, ""]], Float[Array, ""]],
     sampled: Sampled,
     counts: Bool[Array, "time"],
+    stride: int,
     enough: float | None = None,
 ) -> Float[Array, ""]:
     """The least distance of any pair at the ticks that count, as if all were computed [m]; infinite where none counts.
 
     Between samples, pairs are looked at tick by tick in the order of their bounds, until no bound is below the least distance
-    found. The derivative is that of the pair and the tick found.
+    found. The derivative is that of the pair and the tick found. NaN where a distance or a way is.
 
     Args:
         distance: exact distance at a tick of a pair [m].
         sampled: some of them, and bounds of the others.
         counts: ticks that count.
+        stride: ticks from sample to sample.
         enough: if given, the search is for any distance under this one [m].
     """
     time, samples = counts.shape[0], sampled.distance.shape[0]
-    stride = -(-time // samples)
     sampled = jax.lax.stop_gradient(sampled)
     at_samples = jnp.where(counts[::stride, None], sampled.distance, jnp.inf)
     pairs = sampled.distance.shape[1]
     found = jnp.argmin(at_samples).astype(jnp.int32)
     known, tick, pair = jnp.min(at_samples), found // pairs * stride, found % pairs
     if stride == 1:
-        return jnp.where(known < jnp.inf, distance(tick, pair), jnp.inf)
+        return jnp.where(known == jnp.inf, jnp.inf, distance(tick, pair))
     limit, enough = (jnp.inf, -jnp.inf) if enough is None else (enough, enough)
     later = jnp.arange(1, stride, dtype=jnp.int32)
     inner = jnp.arange(samples, dtype=jnp.int32)[:, None] * stride + later
     inside = counts[jnp.minimum(inner, time - 1)] & (inner < time)
     bound = least_between(sampled)
     bound = jnp.where(jnp.any(inside, axis=1)[:, None], bound, jnp.inf).reshape(-1)
+    known = jnp.where(jnp.any(jnp.isnan(bound)), jnp.nan, known)
 
     def unsettled(state: tuple[Array, ...]) -> Array:
         bound, least, *_ = state
@@ -91,10 +93,10 @@ def closest(
         d = jax.vmap(lambda t, p: jax.vmap(lambda one: distance(one, p))(t))(jnp.minimum(ticks, time - 1), pairs_now)
         d = jnp.where(some, jax.lax.stop_gradient(d), jnp.inf).reshape(-1)
         best = jnp.argmin(d)
-        better = d[best] < least
+        better = ~(d[best] >= least)  # NaN too
         tick = jnp.where(better, ticks.reshape(-1)[best], tick)
         pair = jnp.where(better, pairs_now[best // (stride - 1)].astype(pair.dtype), pair)
         return bound.at[which].set(jnp.inf), jnp.minimum(least, d[best]), tick, pair
 
     _, least, tick, pair = jax.lax.while_loop(unsettled, look, (bound, known, tick, pair))
-    return jnp.where(least < jnp.inf, distance(tick, pair), jnp.inf)
+    return jnp.where(jnp.isnan(least) | (least == jnp.inf), least, distance(tick, pair))

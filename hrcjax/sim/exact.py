@@ -87,8 +87,8 @@ def least_separations(
     way = travelled(arm, stride)[:, :, None] + travelled(person, stride)[:, None, :] + jump[:, None, None]
     sampled = Sampled(distances.reshape(distances.shape[0], -1), way.reshape(way.shape[0], -1))
     fixed = pair_distance(*jax.lax.stop_gradient((arm, person)))  # whether they touch has no derivative
-    while_moving, while_standing = (closest(fixed, sampled, counts & some, 0.0) for some in (moving, ~moving))
-    return closest(pair_distance(arm, person), sampled, counts), while_moving < 0, while_standing < 0
+    while_moving, while_standing = (closest(fixed, sampled, counts & some, stride, 0.0) for some in (moving, ~moving))
+    return closest(pair_distance(arm, person), sampled, counts, stride), while_moving < 0, while_standing < 0
 
 
 def pair_distance(arm: Capsules, person: Capsules) -> Callable[[Array, Array], Array]:
@@ -129,4 +129,4 @@ def least_clearance(
         one = eqx.tree_at(lambda s: (s.kind, s.center, s.size, s.yaw, s.mask), scene, solid)
         return capsules_obstacle_distances(one, link)[0, 0]
 
-    return closest(at, sampled, counts)
+    return closest(at, sampled, counts, stride)

@@ -38,7 +38,7 @@ def test_rows_are_merged_into_the_file(tmp_path: Path, capsys: pytest.CaptureFix
     assert main(["all", "--json", str(file)]) == 0
     found = json.loads(file.read_text())
     assert set(found) == {*SECTIONS, "other", "about"} and set(found["about"]) == set(SECTIONS)
-    assert f"section sweep, 4 of {len(SECTIONS)}" in capsys.readouterr().err
+    assert f"section sweep, 5 of {len(SECTIONS)}" in capsys.readouterr().err
 
 
 def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,7 +50,10 @@ def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["legs"], "no section 'legs'; accepted: arm, field, grad, sweep, loop, map, scale, plan, all, page, compare"),
+        (
+            ["legs"],
+            "no section 'legs'; accepted: arm, field, grad, horizon, sweep, loop, map, scale, plan, all, page, compare",
+        ),
         ([], "Missing from python -m experiments.benchmark"),
         (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
         (["arm", "--json", "none/b.json"], "no folder none"),
@@ -101,7 +104,7 @@ def test_a_section_that_fails_is_named_and_the_others_go_on(
     file = tmp_path / "b.json"
     assert main(["all", "--json", str(file)]) == 1
     errors = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
-    assert len(errors) == 1 and "section grad, 3 of 8, failed after" in errors[0] and errors[0].endswith(": too slow")
+    assert len(errors) == 1 and "section grad, 3 of 9, failed after" in errors[0] and errors[0].endswith(": too slow")
     assert set(json.loads(file.read_text())) == {*SECTIONS, "about"} - {"grad"}
     file.write_text(json.dumps({"grad": ROWS, "arm": ROWS, "other": ROWS}))
     assert main(["all", "--json", str(file), "--against", str(file)]) == 1

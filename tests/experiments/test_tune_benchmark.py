@@ -21,6 +21,7 @@ from experiments.tune_benchmark.compare import difference, lost_worlds
 from experiments.tune_benchmark.config import METHODS, TuneBenchmarkConfig, parse
 from experiments.tune_benchmark.forward import Forward
 from experiments.tune_benchmark.grid_sweep import grid_settings, grid_vectors
+from experiments.tune_benchmark.kinds import kinds, lines, never
 from experiments.tune_benchmark.lockstep import in_lockstep
 from experiments.tune_benchmark.methods import Entry
 from experiments.tune_benchmark.problem import tune_config
@@ -148,6 +149,27 @@ def test_page_rows_and_figures(whole: Path) -> None:
     assert "progress.png" in page and "('robotica', 'pass_by', 7)" in page and "{" not in page
     assert {path.name for path in (whole / "run/figures").iterdir()} == {"progress.png", "held_out.png"}
     assert {f"{m}_score" for m in METHODS} <= values(whole).keys()
+
+
+def test_kinds_of_worlds_and_those_that_nobody_solves() -> None:
+    train = [("a", "p", 0), ("b", "p", 0)]
+    held = [("a", "p", 1), ("a", "q", 1), ("c", "p", 1), ("b", "p", 1), ("c", "q", 1)]
+    groups = kinds(train, held)
+    assert list(groups.values()) == [[0, 3], [1], [2, 4]] and list(kinds(train, held[:1]).values()) == [[0]]
+    one = {
+        "score_sound": np.array([[90.0, 5, 7, 80, 60], [92, 5, 7, 80, 60]]),
+        "success": np.array([[1, 0, 0, 1, 1], [1, 0, 0, 1, 0]]),
+    }
+    other = {"score_sound": np.array([[50.0, 6, np.nan, 50, 6]]), "success": np.array([[1, 0, np.nan, 1, 0]])}
+    both = {"other": other, "one": one}
+    np.testing.assert_array_equal(never(both), [False, True, True, False, False])
+    head, *rows = lines(both, groups)
+    assert (
+        head[1].endswith("(2 of 2 worlds)")
+        and head[2].endswith("(0 of 1 worlds)")
+        and head[3].endswith("(1 of 2 worlds)")
+    )
+    assert rows == [["one", "85.50", "-", "60.00"], ["other", "50.00", "-", "6.00"]]
 
 
 def test_choices_are_files_that_programs_read(whole: Path) -> None:

@@ -31,7 +31,7 @@ def search(one: Capsules, other: Capsules, counts: jax.Array, enough: float | No
         )  # fmt: skip
 
     flat = Sampled(some.reshape(some.shape[0], -1), way.reshape(some.shape[0], -1))
-    return closest(at, flat, counts, enough)
+    return closest(at, flat, counts, STRIDE, enough)
 
 
 def drawn(seed: int, time: int, rough: float, still: bool) -> tuple[Capsules, Capsules, jax.Array]:
@@ -51,7 +51,7 @@ def drawn(seed: int, time: int, rough: float, still: bool) -> tuple[Capsules, Ca
     return wander(3), wander(4), jnp.asarray(draw.uniform(size=time) < draw.choice([0.1, 0.7, 1.0]))
 
 
-@pytest.mark.parametrize("time", [240, 233])
+@pytest.mark.parametrize("time", [240, 233, 221])
 def test_the_least_of_all_ticks(time: int) -> None:
     both = jax.jit(lambda one, other, counts: (search(one, other, counts), all_distances(one, other)))
     sooner = 0
@@ -97,20 +97,34 @@ def test_a_touch_of_one_tick_between_samples() -> None:
     assert float(least(one, other, jnp.arange(60) != 35)) == pytest.approx(0.2 - 0.02)
 
 
-def test_derivative_is_that_of_the_nearest_moment() -> None:
+@pytest.mark.parametrize("every", [1, STRIDE])
+def test_derivative_is_that_of_the_nearest_moment(every: int) -> None:
+    """Between samples, and at one."""
     one, other, counts = drawn(5, 120, 0.01, False)
-    counts = jnp.ones_like(counts)
+    counts = jnp.arange(120) % every == 0
 
     def moved(by: jax.Array) -> Capsules:
         return Capsules(one.a + by * jnp.sin(one.a), one.b, one.radius)
 
     def brute(by: jax.Array) -> jax.Array:
-        return jnp.min(all_distances(moved(by), other))
+        return jnp.min(all_distances(moved(by), other)[::every])
 
     def ours(by: jax.Array) -> jax.Array:
         return search(moved(by), other, counts)
 
     for grad in (jax.grad, jax.jacfwd):
-        np.testing.assert_allclose(jax.jit(grad(ours))(0.1), jax.jit(jax.grad(brute))(0.1), rtol=1e-9)
+        found = jax.jit(grad(ours))(0.1)
+        assert abs(found) > 1e-3
+        np.testing.assert_allclose(found, jax.jit(jax.grad(brute))(0.1), rtol=1e-9)
     batch = jnp.linspace(0, 0.3, 5)
     np.testing.assert_allclose(jax.jit(jax.vmap(ours))(batch), jax.vmap(brute)(batch), atol=RESOLVED)
+
+
+@pytest.mark.parametrize("when", [20, 23])
+def test_what_is_not_a_number_is_not_free(when: int) -> None:
+    """At a sample, and between samples where the least distance is looked for."""
+    x = np.full((60, 1, 3), 0.5)
+    x[21:26, 0] = 0.1
+    one = Capsules(jnp.asarray(x).at[when].set(jnp.nan), jnp.asarray(x), jnp.full((60, 1), 0.02))
+    other = jax.tree.map(lambda a: jnp.zeros((60, *a.shape[1:])), one)
+    assert np.isnan(jax.jit(search)(one, other, jnp.ones(60, bool)))
