@@ -54,7 +54,7 @@ class Figures:
         if colon:
             file, _, section = page.partition("#")
             return cited(file, row, section)
-        return f"{self.rows[name]['value']:.{digits}f}"
+        return f"{round(self.rows[name]['value'], digits) + 0.0:.{digits}f}"  # no minus before 0.00
 
     def __getitem__(self, name: str) -> float:
         return _number(self.text(name)) if ":" in name else float(self.rows[name]["value"])

@@ -25,7 +25,7 @@ def _avoids(f: Figures) -> str:
 
 
 HRI = (
-    Claim("abstract", "a continuous and differentiable distance field", _continuous, said("continuous: largest jump of the value {map-evaluation.md:jump} mm along lines in steps down to 8 micrometres. Jumps of the gradient are not measured; its cosine with the exact one is {map-evaluation.md:cosine.mean} on the mean"), "python -m experiments.map --evaluate"),
+    Claim("abstract", "a continuous and differentiable distance field", _continuous, said("largest jump of the value {map-evaluation.md:jump} mm along lines in steps down to 8 micrometres. Jumps of the gradient are not measured; its cosine with the exact one is {map-evaluation.md:cosine.mean} on the mean"), "python -m experiments.map --evaluate"),
     Claim("abstract", "surface normals by the Hessian", when(lambda f: f["map-evaluation.md:hessian_2mm_median.worst"] < 4), said("median error {map-evaluation.md:hessian_2mm_median.worst} degrees on the worst body, 95th percentile {map-evaluation.md:hessian_2mm_p95.worst}, 2 mm of noise"), "python -m experiments.map --evaluate"),
     Claim("abstract", "curvature is readily available", _curved, said("relative error, 95th percentile, 2 mm of noise: {map-evaluation.md:curvature_2mm.*} on the worst of the bodies, each alone; {map-evaluation.md:map_curvature_p95} on a map of several, median {map-evaluation.md:map_curvature_median}"), "python -m experiments.map --evaluate"),
     Claim("framework", "points are told static, dynamic and new by two distance fields", when(lambda f: min(f["map-evaluation.md:moved_gone"], f["map-evaluation.md:moved_found"]) >= 0.95),

@@ -1,13 +1,17 @@
 """The claims of the Robotica paper."""
 
-from .claim import OPEN, PROGRAM, REFUTED, REPRODUCED, TESTS, UNDECIDABLE, Claim, Figures, said
+from collections.abc import Callable
+
+from .claim import MISSED, OPEN, PROGRAM, REFUTED, REPRODUCED, TESTS, UNDECIDABLE, Claim, Figures, said
 from .config import READINGS
 from .derived import kept_bending, printed_time
+from .paths import BENDING_WEIGHTS, REPEATS, ZETAS
 from .printed import EFFICIENCY_PRINTED, LEADS, RELATIVE_PRINTED, SAFETY_PRINTED, TIMES
 from .rules import (
     FULL_GROWN,
     IMAGE_MS,
     bar,
+    by_share,
     falling,
     faster_by,
     faster_than_rrt,
@@ -41,6 +45,13 @@ def _searched(name: str) -> str:
     return _in_readings(f"{{{name}_time_{few}_READING}} and {{{name}_time_{many}_READING}} s")
 
 
+def _of_rrt(text: str) -> Callable[[Figures], str]:
+    """A sentence, and before it what decides if not all figures point one way."""
+    return lambda f: (
+        ("reading, clearance and iterations decide. " if faster_than_rrt(f) == UNDECIDABLE else "") + said(text)(f)
+    )
+
+
 def _bending(reading: str) -> str:
     key = kept_bending(reading)
     return (
@@ -62,7 +73,7 @@ ROBOTICA = (
     Claim("5, 6", "score of 83.87 % relative to the system without zones", bar("X_relative_difference"), said("{X_relative:4} % from table X and the printed weights"), PROGRAM),
     Claim("5", "safety 61 %, efficiency 55 % with zones",
           when(lambda f: abs(f["X_safety_with"] - SAFETY_PRINTED) <= 0.5 and abs(f["X_efficiency_with"] - EFFICIENCY_PRINTED) <= 0.5 + 1e-9),
-          said("{X_safety_with:3} and {X_efficiency_with:3} % from table X, the latter cut to 55 and not rounded"), PROGRAM),
+          said("{X_safety_with:3} and {X_efficiency_with:3} % from table X"), PROGRAM),
     Claim("table X", "the measures of the runs themselves", UNDECIDABLE,
           said("measured on a robot beside a person. Our tool beside a simulated hand: task time {episode_task_time_without:0} without and {episode_task_time_with:1} with zones (printed 100 and 67.66), safe navigation {episode_safe_navigation_without:1} and {episode_safe_navigation_with:1} (printed 100, with nobody there, and 73.51)"), PROGRAM),
     Claim("5", "the metric is objective and maps to safety and efficiency", REFUTED,
@@ -83,11 +94,11 @@ ROBOTICA = (
     Claim("3", "the improved field is a third faster than gradient descent", faster_by(30.0),
           said("the printed times are steps of {printed_step_iapf_min} to {printed_step_iapf_max} cm against {printed_step_gda_min} to {printed_step_gda_max} cm each 1/30 s. At one speed, improved field, gradient descent and the lead: " + _in_readings("{fair_iapf_time_READING} and {fair_gda_time_READING} s, {gain_gda_READING:1} %") + ". O1 is in the way in columns and clearance"), PROGRAM),
     Claim("3", "the improved field is faster than RRT*", faster_than_rrt,
-          said(f"reading, clearance and iterations decide. At one speed, improved field: {_in_readings('{fair_iapf_time_READING} s, {fair_iapf_clearance_READING} cm from obstacles')}. RRT* with that clearance, after {FULL_GROWN[0]} and {FULL_GROWN[1]} iterations: {_searched('rrt_equal')}; with any: {_searched('rrt')}. The printed times of RRT* are at that speed those of paths of {{printed_rrt_length_min:0}} to {{printed_rrt_length_max:0}} cm: in columns of a tree of {{printed_rrt_iterations_min_columns:0}} to {{printed_rrt_iterations_max_columns:0}} iterations"), PROGRAM),
+          _of_rrt(f"At one speed, improved field: {_in_readings('{fair_iapf_time_READING} s, {fair_iapf_clearance_READING} cm from obstacles')}. RRT* with that clearance, after {FULL_GROWN[0]} and {FULL_GROWN[1]} iterations: {_searched('rrt_equal')}; with any: {_searched('rrt')}. The printed times of RRT* are at that speed those of paths of {{printed_rrt_length_min:0}} to {{printed_rrt_length_max:0}} cm: in columns of a tree of {{printed_rrt_iterations_min_columns:0}} to {{printed_rrt_iterations_max_columns:0}} iterations"), PROGRAM),
     Claim("3.5", "gradient descent takes 7.48 to 7.56 s by its constants", when(_gda_within, UNDECIDABLE),
           said(f"its steps are not stated. Unit steps each 1/30 s take {{V_1_gda_spheres:1}}, {{V_2_gda_spheres:1}}, {{V_3_gda_spheres:1}} s: {{gda_growth_V_spheres:0}} % apart, as with any other time of a step, where the printed times are {{gda_growth_V_printed:0}} % apart; and one setting, four obstacles of 3 cm, is printed as {printed_time('I.4', 'gda'):.2f} and {printed_time('II.3', 'gda'):.2f} s"), PROGRAM),
-    Claim("2.3", "suitable for real-time applications", when(lambda f: f["plan_ms_columns"] <= IMAGE_MS),
-          said("a plan of a point takes {plan_ms_columns:1} ms, the median of 12 settings in columns, compiled before, on the cores that were free, the slowest {plan_ms_max_columns:1} ms; an image comes every 33 ms. Planning alone"), PROGRAM),
+    Claim("2.3", "suitable for real-time applications", lambda f: by_share([f[name] <= IMAGE_MS for name in ("plan_ms_columns", "plan_ms_p95_columns")], MISSED),
+          said(f"a plan of a point takes {{plan_ms_columns:1}} ms, the median of {len(ZETAS) * len(BENDING_WEIGHTS)} settings in columns, {REPEATS} times each, compiled before, on the cores that were free; 95th percentile {{plan_ms_p95_columns:1}} ms; an image comes every 33 ms. Planning alone"), PROGRAM),
     Claim("2.3", "local minima are mitigated by recalibrating the forces", REFUTED,
           said("no equation does so; the descent stays in a U-shaped trap. Several guesses side by side leave it"), TESTS + "tests/plan/test_arm_plan.py -k trap"),
     Claim("2.3", "d_factor adapts the repulsion and lets the robot reach a goal beside an obstacle", REPRODUCED,
