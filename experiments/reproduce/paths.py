@@ -123,11 +123,12 @@ def paths_case(reading: str) -> Mapping[str, Any]:
         plans, seconds = [], []
         for zeta in ZETAS:
             for weight in BENDING_WEIGHTS:
+                some = []
                 for _ in range(REPEATS):
                     begin = time.perf_counter()
-                    found = jax.block_until_ready(one(scene, jnp.asarray(zeta), jnp.asarray(weight)))
+                    some.append(jax.block_until_ready(one(scene, jnp.asarray(zeta), jnp.asarray(weight))))
                     seconds.append(time.perf_counter() - begin)
-                plans.append(found)
+                plans.append(some[-1])
         shape = len(ZETAS), len(BENDING_WEIGHTS)
         return {
             "damped": np.asarray(jax.jit(_descended)(scene)),
