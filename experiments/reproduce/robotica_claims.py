@@ -98,7 +98,7 @@ ROBOTICA = (
     Claim("3.5", "gradient descent takes 7.48 to 7.56 s by its constants", when(_gda_within, UNDECIDABLE),
           said(f"its steps are not stated. Unit steps each 1/30 s take {{V_1_gda_spheres:1}}, {{V_2_gda_spheres:1}}, {{V_3_gda_spheres:1}} s: {{gda_growth_V_spheres:0}} % apart, as with any other time of a step, where the printed times are {{gda_growth_V_printed:0}} % apart; and one setting, four obstacles of 3 cm, is printed as {printed_time('I.4', 'gda'):.2f} and {printed_time('II.3', 'gda'):.2f} s"), PROGRAM),
     Claim("2.3", "suitable for real-time applications", lambda f: by_share([f[name] <= IMAGE_MS for name in ("plan_ms_columns", "plan_ms_p95_columns")], MISSED),
-          said(f"a plan of a point takes {{plan_ms_columns:1}} ms, the median of {len(ZETAS) * len(BENDING_WEIGHTS)} settings in columns, {REPEATS} times each, compiled before, on the cores that were free; 95th percentile {{plan_ms_p95_columns:1}} ms; an image comes every 33 ms. Planning alone"), PROGRAM),
+          said(f"a plan of a point takes {{plan_ms_columns:1}} ms, the median of {len(ZETAS) * len(BENDING_WEIGHTS)} settings in columns, {REPEATS} times each, compiled before: wall-clock time on shared cores, none pinned; 95th percentile {{plan_ms_p95_columns:1}} ms; an image comes every 33 ms. Planning alone"), PROGRAM),
     Claim("2.3", "local minima are mitigated by recalibrating the forces", REFUTED,
           said("no equation does so; the descent stays in a U-shaped trap. Several guesses side by side leave it"), TESTS + "tests/plan/test_arm_plan.py -k trap"),
     Claim("2.3", "d_factor adapts the repulsion and lets the robot reach a goal beside an obstacle", REPRODUCED,
