@@ -12,6 +12,7 @@ from hrcjax.plan.descent import STEP_TIME
 from .paths import DEFAULT, SCENE, ZETAS, measured, to_goal
 from .printed import GOAL, START, TIMES
 from .readings import row_scene
+from .rrt_star import STAGES
 
 ARRIVAL = 0.01
 """Distance from the goal that counts as arrived [m]."""
@@ -86,12 +87,35 @@ def common_paths(
     return out
 
 
+def field_clearance(reading: str, times: Mapping[str, NDArray]) -> float:
+    """What the improved field's path in the common scene keeps from the surfaces of the obstacles [m]."""
+    k = [row.key for row in TIMES].index(SCENE.key)
+    return measured(to_goal(times["iapf_path"][k], int(times["iapf_steps"][k])), row_scene(reading, SCENE)).clearance
+
+
 def fair_rows(
-    reading: str, times: Mapping[str, NDArray], paths: Mapping[str, NDArray], rrt: Mapping[str, NDArray] | None
+    reading: str,
+    times: Mapping[str, NDArray],
+    paths: Mapping[str, NDArray],
+    rrt: Mapping[str, NDArray] | None,
+    equal: Mapping[str, NDArray] | None = None,
 ) -> Sequence[FairRow]:
-    """The table of one reading."""
-    scene = row_scene(reading, SCENE)
+    """The table of one reading; `equal` are searches that keep what the improved field's path keeps from obstacles."""
+    scene, nan = row_scene(reading, SCENE), float("nan")
     shown = common_paths(times, paths, rrt)
+    far = -1
     if reading == "clearance":  # the solids hold that distance already
         del shown["planned_zeta"]
+        far = 0
+    shown["unbent"] = (
+        f"{shown['planned' if far == 0 else 'planned_zeta'][0]}; without bending energy",
+        paths["unbent"][far],
+        nan,
+    )
+    if equal is not None and (chosen := median_search(equal)) is not None:
+        shown["rrt_equal"] = (
+            f"RRT*, {STAGES[-1]} iterations, clearance of the improved field",
+            equal["path"][chosen],
+            nan,
+        )
     return [FairRow(key, name, *measured(path, scene), law) for key, (name, path, law) in shown.items()]

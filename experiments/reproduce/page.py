@@ -79,7 +79,7 @@ def page(cases: Cases, rows: Rows, config: ReproduceConfig, figures: Sequence[st
     text += (
         SEARCHED.format(samples=config.samples, seeds=config.seeds, speed=100 * COMMON_SPEED) if some else NOT_SEARCHED
     )
-    text += bars_table(rows) + time_tables(cases, config.readings) + fair_tables(cases, rows, config.readings)
+    text += bars_table(rows) + time_tables(cases, rows, config.readings) + fair_tables(cases, rows, config.readings)
     text += score_tables(cases, rows, config.readings) + corrections_table()
     if figures:
         text += "\n## Figures of a run\n\n" + "\n".join(f"* {line}" for line in figures) + "\n"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .derived import derived_rows
 from .episode import arrival, measures
 from .fair import ARRIVAL, COMMON_SPEED, FairRow, fair_rows, median_search, printed_steps, time_at_one_speed
 from .paths import SCENE
@@ -66,7 +67,11 @@ def worst(cases: Cases, reading: str, table: str) -> float:
 def fair_of(cases: Cases, reading: str) -> Sequence[FairRow]:
     """The table at one speed."""
     return fair_rows(
-        reading, cases[f"times/{reading}"], cases[f"paths/{reading}"], cases.get(f"rrt/{reading}-{SCENE.key}")
+        reading,
+        cases[f"times/{reading}"],
+        cases[f"paths/{reading}"],
+        cases.get(f"rrt/{reading}-{SCENE.key}"),
+        cases.get(f"rrt-equal/{reading}"),
     )
 
 
@@ -123,23 +128,35 @@ def printed_rows() -> Rows:
     return rows
 
 
+def search_rows(name: str, reading: str, case: Case) -> Rows:
+    """Median length of searches after every number of iterations, and its time at one speed; none before half of them have
+    found a path."""
+    rows: Rows = {}
+    for k, stage in enumerate(STAGES):
+        length = float(np.median(case["best"][:, k]))
+        if np.isfinite(length):
+            rows[f"{name}_length_{stage}_{reading}"] = row(100 * length, "cm")
+            rows[f"{name}_time_{stage}_{reading}"] = row(time_at_one_speed(length), "s")
+    return rows
+
+
 def all_rows(cases: Cases, readings: Sequence[str]) -> Rows:
     """All rows of a run."""
     rows: Rows = {}
     for reading in readings:
         rows |= time_rows(cases, reading)
-        rows[f"plan_ms_{reading}"] = row(1e3 * float(cases[f"paths/{reading}"]["seconds"]), "ms")
+        seconds = cases[f"paths/{reading}"]["seconds"]
+        rows[f"plan_ms_{reading}"] = row(1e3 * np.median(seconds), "ms")
+        rows[f"plan_ms_p95_{reading}"] = row(1e3 * np.percentile(seconds, 95), "ms")
         for one in fair_of(cases, reading):
             rows[f"fair_{one.key}_length_{reading}"] = row(100 * one.length, "cm")
             rows[f"fair_{one.key}_time_{reading}"] = row(one.time, "s")
             rows[f"fair_{one.key}_bending_{reading}"] = row(one.bending / 100, "1/cm")
             rows[f"fair_{one.key}_clearance_{reading}"] = row(100 * one.clearance, "cm")
+        for name, case in (("rrt", f"rrt-long/{reading}"), ("rrt_equal", f"rrt-equal/{reading}")):
+            if case in cases:
+                rows |= search_rows(name, reading, cases[case])
     rows |= score_rows() | printed_rows()
-    if "rrt-long" in cases:
-        for k, stage in enumerate(STAGES):
-            length = float(np.median(cases["rrt-long"]["best"][:, k]))
-            rows[f"rrt_length_{stage}_{told(readings)}"] = row(100 * length, "cm")
-            rows[f"rrt_time_{stage}_{told(readings)}"] = row(time_at_one_speed(length), "s")
     if "episode" in cases:
         episode = cases["episode"]
         for run, name in enumerate(("without", "with")):
@@ -148,4 +165,4 @@ def all_rows(cases: Cases, readings: Sequence[str]) -> Rows:
         for name, pair in measures(episode).items():
             for run, value in zip(("without", "with"), pair, strict=True):
                 rows[f"episode_{name}_{run}"] = row(value, "%")
-    return rows
+    return rows | derived_rows(rows)

@@ -15,7 +15,7 @@ from .readings import LOWER, UPPER, row_scene
 
 RANGE = 0.1
 """Longest edge of the tree [m]."""
-STAGES = (200, 500, 1000, 2000, 5000, 10000)
+STAGES = (200, 500, 1000, 1500, 2000, 5000, 10000)
 """Iterations after which a search's best length is noted."""
 CHECK = 0.005
 """Distance between two places of an edge that are checked [m]."""
@@ -36,8 +36,9 @@ def _ompl() -> tuple[ModuleType, ModuleType, ModuleType]:
     return base, geometric, util
 
 
-def free_of(reading: str, row: TimeRow) -> Callable[[float, float, float], bool]:
-    """Whether a point is outside all obstacles of a row; plain Python, as it is called one point at a time."""
+def free_of(reading: str, row: TimeRow, margin: float = 0.0) -> Callable[[float, float, float], bool]:
+    """Whether a point is outside all obstacles of a row, and `margin` from their surfaces [m]; plain Python, as it is called
+    one point at a time."""
     scene = row_scene(reading, row)
     solids = [
         (int(kind), *map(float, center), float(size[0]), float(size[2]))
@@ -51,22 +52,24 @@ def free_of(reading: str, row: TimeRow) -> Callable[[float, float, float], bool]
         for kind, cx, cy, cz, radius, half in solids:
             across = (x - cx) ** 2 + (y - cy) ** 2
             if kind == COLUMN:
-                if across < radius * radius and abs(z - cz) < half:
-                    return False
-            elif across + (z - cz) ** 2 < radius * radius:
+                if across < (radius + margin) ** 2 and abs(z - cz) < half + margin:  # else far enough
+                    beside, above = math.sqrt(across) - radius, abs(z - cz) - half
+                    if beside < 0 or above < 0 or beside * beside + above * above < margin * margin:
+                        return False
+            elif across + (z - cz) ** 2 < (radius + margin) ** 2:
                 return False
         return True
 
     return free
 
 
-def search(reading: str, row: TimeRow, seed: int, samples: int) -> tuple[NDArray, NDArray]:
-    """One search: points of the path that it found, (point, 3), none if it found none [m]; and the least length after each
+def search(reading: str, row: TimeRow, seed: int, samples: int, margin: float = 0.0) -> tuple[NDArray, NDArray]:
+    """One search, at least `margin` from all obstacles [m]: points of the path that it found, (point, 3), none if it found none [m]; and the least length after each
     number of iterations of `STAGES`, infinite before the first path [m]."""
     base, geometric, util = _ompl()
     util.setLogLevel(util.LogLevel.LOG_NONE)
     util.RNG.setSeed(seed)
-    scene, free = row_scene(reading, row), free_of(reading, row)
+    scene, free = row_scene(reading, row), free_of(reading, row, margin)
     space = base.RealVectorStateSpace(3)
     bounds = base.RealVectorBounds(3)
     for axis in range(3):
@@ -104,9 +107,9 @@ def search(reading: str, row: TimeRow, seed: int, samples: int) -> tuple[NDArray
     return np.array([[state[0], state[1], state[2]] for state in setup.getSolutionPath().getStates()]), best
 
 
-def rrt_case(reading: str, row: TimeRow, seeds: int, samples: int) -> Mapping[str, Any]:
-    """Lengths and paths of several searches; paths are padded with their last point."""
-    found = [search(reading, row, seed, samples) for seed in range(1, seeds + 1)]
+def rrt_case(reading: str, row: TimeRow, seeds: int, samples: int, margin: float = 0.0) -> Mapping[str, Any]:
+    """Lengths and paths of several searches, at least `margin` from all obstacles [m]; paths are padded with their last point."""
+    found = [search(reading, row, seed, samples, margin) for seed in range(1, seeds + 1)]
     paths = [path for path, _ in found]
     longest = max(2, *(len(path) for path in paths))
     padded = np.full((seeds, longest, 3), np.nan)

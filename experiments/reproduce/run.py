@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from hrcjax.lab.writable import check_writable
 from .claims import claims_page
 from .config import READINGS, ReproduceConfig
 from .episode import episode_case
+from .fair import field_clearance
 from .page import command, page, summary
 from .paths import DEFAULT, SCENE, paths_case
 from .printed import TIMES
@@ -27,9 +29,7 @@ from .rows import all_rows, holds, told
 from .rrt_star import STAGES, missing_ompl, rrt_case
 from .times import times_case
 
-NO_RESULT = ("readings", "seeds", "samples", "quick", "out", "json", "page", "claims", "figures", "overwrite")
-"""Options that do not change any single case, or whose effect is in its name."""
-AFTERWARDS = ("rows", "fair", "scores", "page", "time_tables", "score_tables", "claim", "claims", "robotica_claims", "hri_claims", "corrections", "config", "run", "__main__", "__init__")  # fmt: skip
+AFTERWARDS = ("rows", "derived", "scores", "page", "time_tables", "score_tables", "claim", "rules", "claims", "robotica_claims", "hri_claims", "corrections", "config", "run", "__main__", "__init__")  # fmt: skip
 """Files that only read finished cases."""
 
 
@@ -48,16 +48,26 @@ def _check(config: ReproduceConfig) -> None:
         if file is not None:
             if not file.parent.is_dir():
                 raise UsageError(f"no folder {file.parent} for --{option}")
+            if file.is_dir():
+                raise UsageError(f"--{option} {file} is a folder; give a file")
             check_writable(file.parent, f"--{option}")
     if config.json is not None:
         read_results(config.json)
+
+
+def ompl_version() -> str:
+    """Version of the OMPL that searches, or that there is none."""
+    try:
+        return metadata.version("ompl")
+    except metadata.PackageNotFoundError:
+        return "not installed"
 
 
 def identity() -> dict[str, Any]:
     """Everything that decides the cases."""
     own = sorted(Path(__file__).parent.glob("*.py"))
     deciding = [path for path in own if path.stem not in AFTERWARDS and not path.stem.endswith(("figure", "figures"))]
-    return {"code": LOADED_CODE, "program": {path.name: file_digest(path) for path in deciding}}
+    return {"code": LOADED_CODE, "program": {path.name: file_digest(path) for path in deciding}, "ompl": ompl_version()}
 
 
 def wanted(
@@ -80,10 +90,13 @@ def wanted(
                     name = f"rrt/{where}-{row.key}"
                     found[name] = f"{name}-{config.seeds}-{config.samples}", partial(rrt_case, where, row, config.seeds, config.samples)  # fmt: skip
         if not config.quick:
-            found["rrt-long"] = (
-                f"rrt-long/{reading}-{config.seeds}",
-                partial(rrt_case, reading, SCENE, config.seeds, STAGES[-1]),
-            )
+            for where in config.readings:
+                long = partial(rrt_case, where, SCENE, config.seeds, STAGES[-1])
+                found[f"rrt-long/{where}"] = f"rrt-long/{where}-{config.seeds}", long
+                found[f"rrt-equal/{where}"] = (
+                    f"rrt-equal/{where}-{config.seeds}",
+                    lambda where=where, long=long: long(margin=field_clearance(where, cases[f"times/{where}"])),
+                )
     return found
 
 

@@ -35,7 +35,7 @@ def score_tables(cases: Cases, rows: Rows, readings: Sequence[str]) -> str:
         text += f"| {name}, printed | {without} | {zones} |\n"
     for name in ("safety", "efficiency", "overall"):
         text += f"| {name}, from these | {rows[f'X_{name}_without']['value']:.3f} | {rows[f'X_{name}_with']['value']:.3f} |\n"
-    text += f"\nPrinted for the run with zones: safety 61, efficiency 55, and {RELATIVE_PRINTED} % relative to the run without; computed: {rows['X_relative']['value']:.4f} %. That is a loss of 16 %, not an improvement.\n"
+    text += f"\nPrinted for the run with zones: safety 61, efficiency 55, and {RELATIVE_PRINTED} % relative to the run without; computed: {rows['X_relative']['value']:.4f} %. That is a loss of {rows['X_loss']['value']:.2f} %, not an improvement.\n"
     if "episode_time_with" in rows:
         text += f"\nA simulated counterpart: the tool on its planned path ({cases['episode']['reading']}, zeta 4) by the law of motion, beside a hand that reaches in; zones by our thresholds, as the paper gives none; the distance is the tool's alone, as in the paper.\n\n"
         text += "| measure | without zones | with zones |\n|---|---|---|\n"

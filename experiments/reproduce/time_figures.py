@@ -82,8 +82,8 @@ def speed_figure(cases: Cases, readings: Sequence[str]) -> Figure:
     left.invert_yaxis()
     left.set_xlabel("time to goal [s]")
     left.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.4, 1.0), ncols=2, frameon=False)
-    if "rrt-long" in cases:
-        best = 100 * cases["rrt-long"]["best"]
+    if f"rrt-long/{reading}" in cases:
+        best = 100 * cases[f"rrt-long/{reading}"]["best"]
         for one in best:
             right.semilogx(STAGES, np.where(np.isfinite(one), one, np.nan), ".-", color=COLOURS["rrt"], lw=1, alpha=0.6)
         right.semilogx([], [], ".-", color=COLOURS["rrt"], label="RRT*, one search")

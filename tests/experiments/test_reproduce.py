@@ -2,7 +2,9 @@
 
 import json
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 
 import jax
@@ -11,10 +13,24 @@ import numpy as np
 import pytest
 
 from experiments.reproduce import run as program
-from experiments.reproduce.claim import OPEN, REFUTED, REPRODUCED, UNDECIDABLE, cited, of, said
-from experiments.reproduce.claims import claims_page
-from experiments.reproduce.config import ReproduceConfig, parse
+from experiments.reproduce.claim import (
+    MISSED,
+    NOT_COMPUTED,
+    OPEN,
+    PARTLY,
+    PROGRAM,
+    REFUTED,
+    REPRODUCED,
+    UNDECIDABLE,
+    VERDICTS,
+    Figures,
+    cited,
+    said,
+)
+from experiments.reproduce.claims import claims_page, counts
+from experiments.reproduce.config import READINGS, ReproduceConfig, parse
 from experiments.reproduce.corrections import CORRECTIONS
+from experiments.reproduce.derived import derived_rows
 from experiments.reproduce.fair import COMMON_SPEED, STRAIGHT, median_search, step_of, time_at_one_speed
 from experiments.reproduce.hri_claims import HRI
 from experiments.reproduce.page import command
@@ -26,6 +42,7 @@ from experiments.reproduce.rows import BARS, holds, leads, worst
 from experiments.reproduce.scores import closest_scores, relative_of_table_ten, scores_of, table_ten
 from experiments.reproduce.times import times_case
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.provenance import fingerprint
 from hrcjax.world import robotica
 from hrcjax.world.scene import obstacle_distances
 
@@ -197,25 +214,154 @@ def test_every_correction_names_tests_that_exist() -> None:
 
 def test_every_claim_has_a_verdict_and_what_decides_it() -> None:
     for claim in (*ROBOTICA, *HRI):
-        assert claim.verdict in (REPRODUCED, REFUTED, UNDECIDABLE, OPEN)
-        if claim.verdict in (REPRODUCED, REFUTED):
+        verdict, figure = claim.judged({})
+        assert verdict in VERDICTS
+        if claim.verdict in (REPRODUCED, PARTLY, REFUTED) or callable(claim.verdict):
             assert claim.command.startswith("python -m "), claim.text
+        if claim.command == PROGRAM:  # by the figures, or by none
+            assert callable(claim.verdict) or claim.verdict == UNDECIDABLE, claim.text
         if claim.verdict == OPEN:
-            assert claim.why({}).startswith("needs the "), claim.text
+            assert figure.startswith("needs the "), claim.text
         for file in re.findall(r"tests/\S+\.py", claim.command):
             assert (ROOT / file).exists(), file
-        for page in re.findall(r"\]\(([\w-]+\.md)\)", claim.why({})):
+        for page in re.findall(r"\]\(([\w-]+\.md)\)", figure):
             assert (ROOT / "docs" / page).exists() or page == "reproduce.md", page
 
 
 def test_figures_of_claims_are_quoted_from_rows_and_pages() -> None:
-    assert of("{a} and {b:0} of {c}")({"a": {"value": 1.234}, "b": {"value": 7.0}}) == "1.23 and 7 of ?"
-    assert said("{map-evaluation.md:jump} mm")({}) == f"{cited('map-evaluation.md', 'jump')} mm"
-    assert float(cited("map-evaluation.md", "jump")) > 0
+    figures = Figures({"a": {"value": 1.234}, "b": {"value": 7.0}, "zero": {"value": -0.001}})
+    assert said("{a} and {b:0}, {zero:1}")(figures) == "1.23 and 7, 0.0"
+    assert said("{map-evaluation.md:jump} mm")(figures) == f"{cited('map-evaluation.md', 'jump')} mm"
+    assert figures["map-evaluation.md:jump"] == float(cited("map-evaluation.md", "jump")) > 0
     assert cited("benchmarks.md", "ticks_per_s", "sweep") != cited("benchmarks.md", "ticks_per_s", "grad")
-    assert cited("benchmarks.md", "no such row") == cited("nowhere.md", "jump") == "?"
+    assert figures["map-evaluation.md:curvature_2mm.*"] >= figures["map-evaluation.md:curvature_2mm.sphere_300"]
+    for missing in ("c", "benchmarks.md:no such row", "nowhere.md:jump"):
+        with pytest.raises(KeyError):
+            figures.text(missing)
     hri = claims_page({}, "the command").partition("## HRI")[2]
-    assert "| ? " not in hri and " ? " not in hri  # every quoted row exists
+    assert NOT_COMPUTED not in hri and "| - | `" not in hri  # every quoted row exists
+
+
+def by_rule(text: str, values: Mapping[str, float]) -> str:
+    """The verdict of the claim that begins so, by the values of rows."""
+    (claim,) = [one for one in (*ROBOTICA, *HRI) if one.text.startswith(text)]
+    assert callable(claim.verdict)
+    return claim.verdict(Figures({name: {"value": value, "unit": "1"} for name, value in values.items()}))
+
+
+def table(name: str, times: Sequence[float], worst_of: float, readings: Sequence[str]) -> dict[str, float]:
+    rows = {f"{name}_{k + 1}_iapf_{reading}": time for k, time in enumerate(times) for reading in readings}
+    return rows | {f"{name}_iapf_worst_{reading}": worst_of for reading in readings}
+
+
+def races(field: Sequence[float], equal: Sequence[float], free: Sequence[float]) -> dict[str, float]:
+    """Times at one speed in the readings; RRT*'s are the same after few and many iterations."""
+    rows = {}
+    for reading, ours, *theirs in zip(READINGS, field, equal, free, strict=True):
+        rows[f"fair_iapf_time_{reading}"] = ours
+        for name, time in zip(("rrt_equal", "rrt"), theirs, strict=True):
+            rows |= {f"{name}_time_{stage}_{reading}": time for stage in (1500, 10000)}
+    return rows
+
+
+def leads_as(values: Sequence[float]) -> dict[str, float]:
+    return {f"{table}_lead_gda": value for table, value in zip(("I", "II", "III", "IV"), values, strict=True)}
+
+
+def bends(ratio: float, gap: float) -> dict[str, float]:
+    return {f"bending_{name}_{r}": v for r in READINGS for name, v in (("ratio", ratio), ("clearance_gap", gap))}
+
+
+@pytest.mark.parametrize(
+    ("text", "values", "verdict"),
+    [
+        ("system performance improves", {"X_relative": 83.8704}, REFUTED),
+        ("system performance improves", {"X_relative": 183.87}, REPRODUCED),
+        ("score of 83.87 %", {"X_relative_difference": 0.0004}, REPRODUCED),
+        ("score of 83.87 %", {"X_relative_difference": 0.1}, MISSED),
+        ("safety 61 %", {"X_safety_with": 60.976, "X_efficiency_with": 55.5}, REPRODUCED),
+        ("safety 61 %", {"X_safety_with": 63.0, "X_efficiency_with": 55.5}, MISSED),
+        ("4.70 s whatever the number", table("I", [4.7] * 4, 0.01, ["spheres"]), REPRODUCED),
+        ("4.70 s whatever the number", table("I", [4.7] * 4, 2.1, ["spheres"]), MISSED),
+        ("4.70 s whatever the number", table("I", [4.7, 4.75, 4.7, 4.7], 1.1, ["spheres"]), MISSED),
+        ("4.70 s whatever the height", table("IV", [4.7, 4.7, 4.8, 4.7], 2.2, READINGS), UNDECIDABLE),
+        ("4.70 s whatever the height", table("IV", [5.4] * 4, 14.0, READINGS), UNDECIDABLE),
+        ("4.70 s whatever the height", table("IV", [4.71] * 4, 0.2, READINGS), REPRODUCED),
+        ("a larger K_att", table("V", [4.7, 3.5, 2.8], 0.1, ["spheres"]), REPRODUCED),
+        ("a larger K_att", table("V", [4.7, 4.7, 4.7], 0.1, ["spheres"]), MISSED),
+        ("a larger K_rep", table("VI", [3.51, 3.51, 3.55], 0.9, ["spheres"]), MISSED),
+        ("a larger safety factor", table("VII", [4.7, 4.7, 4.7], 0.8, READINGS), UNDECIDABLE),
+        ("a larger safety factor", table("VII", [4.7, 4.72, 4.74], 0.1, READINGS), REPRODUCED),
+        ("leads over gradient", leads_as([37.9, 38.8, 38.3, 38.2]), PARTLY),
+        ("leads over gradient", leads_as([37.1, 35.2, 38.9, 36.8]), REPRODUCED),
+        ("leads over gradient", leads_as([10.0, 10.0, 10.0, 10.0]), REFUTED),
+        ("the improved field is a third", {f"gain_gda_{r}": 12.0 for r in READINGS}, REFUTED),
+        ("the improved field is a third", {f"gain_gda_{r}": 34.0 for r in READINGS}, REPRODUCED),
+        ("the improved field is a third", dict(zip([f"gain_gda_{r}" for r in READINGS], (34.0, 0, 5), strict=True)), UNDECIDABLE),
+        ("the improved field is faster than RRT", races([5, 5, 5], [6, 6, 6], [6, 6, 6]), REPRODUCED),
+        ("the improved field is faster than RRT", races([5, 5, 5], [4, 4, 4], [4, 4, 4]), REFUTED),
+        ("the improved field is faster than RRT", races([5, 5, 5], [6, 4, 6], [6, 6, 6]), UNDECIDABLE),
+        ("the improved field is faster than RRT", races([5, 5, 5], [6, 6, 6], [4, 4, 4]), UNDECIDABLE),
+        ("gradient descent takes", {"V_1_gda_spheres": 42.8, "V_2_gda_spheres": 45.7, "V_3_gda_spheres": 48.5}, UNDECIDABLE),
+        ("gradient descent takes", {"V_1_gda_spheres": 7.5, "V_2_gda_spheres": 7.5, "V_3_gda_spheres": 7.5}, REPRODUCED),
+        ("suitable for real-time", {"plan_ms_columns": 10.0, "plan_ms_p95_columns": 20.0}, REPRODUCED),
+        ("suitable for real-time", {"plan_ms_columns": 10.0, "plan_ms_p95_columns": 50.0}, PARTLY),
+        ("suitable for real-time", {"plan_ms_columns": 40.0, "plan_ms_p95_columns": 50.0}, MISSED),
+        ("bending energy in", bends(1.9, 0.01), REPRODUCED),
+        ("bending energy in", bends(0.9, 0.01), MISSED),
+        ("bending energy in", bends(1.9, 0.5), MISSED),
+        ("of three paths", {"VIII_1_score": 0.5, "VIII_2_score": 0.5, "VIII_3_score": 0.1}, REPRODUCED),
+        ("of three paths", {"VIII_1_score": 0.1, "VIII_2_score": 0.5, "VIII_3_score": 0.2}, REFUTED),
+        ("the scores are", {"VIII_worst": 0.011}, MISSED),
+        ("the scores are", {"VIII_worst": 0.004}, REPRODUCED),
+        ("RRT* takes 6.14", {"III_rrt_printed_min": 5.77, "III_rrt_printed_max": 6.29}, REFUTED),
+        ("safety zones slow", {"episode_time_with": 7.9, "episode_time_without": 5.3}, REPRODUCED),
+        ("safety zones slow", {"episode_time_with": 5.3, "episode_time_without": 5.3}, MISSED),
+    ],
+)  # fmt: skip
+def test_other_numbers_turn_the_verdict(text: str, values: Mapping[str, float], verdict: str) -> None:
+    assert by_rule(text, values) == verdict
+    (claim,) = [one for one in (*ROBOTICA, *HRI) if one.text.startswith(text)]
+    for missing in values:  # and a run without one of the figures has none
+        assert claim.judged({name: {"value": 1.0} for name in values if name != missing})[0] == NOT_COMPUTED
+
+
+def test_verdicts_by_figures_of_the_docs_follow_these(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("experiments.reproduce.claim.DOCS", tmp_path)
+    assert by_rule_or_none("distance to the person") == by_rule_or_none("curvature is") == NOT_COMPUTED
+    for slow, verdict in ((20.0, REPRODUCED), (94.6, MISSED)):
+        (tmp_path / "sensing.md").write_text(f"| image_ms_p50 | 11 | ms |\n| image_ms_p95 | {slow} | ms |\n")
+        assert by_rule_or_none("distance to the person") == verdict
+    for ball, torus, on_map, verdict in ((0.03, 0.09, 0.05, REPRODUCED), (0.03, 0.09, 0.4, PARTLY), (0.03, 0.2, 0.4, MISSED)):  # fmt: skip
+        rows = {
+            "curvature_2mm.a": ball,
+            "curvature_2mm.b": torus,
+            "map_curvature_p95": on_map,
+            "map_curvature_median": 0,
+        }
+        (tmp_path / "map-evaluation.md").write_text("".join(f"| {name} | {x} | 1 |\n" for name, x in rows.items()))
+        assert by_rule_or_none("curvature is") == verdict
+
+
+def by_rule_or_none(text: str) -> str:
+    (claim,) = [one for one in (*ROBOTICA, *HRI) if one.text.startswith(text)]
+    return claim.judged({})[0]
+
+
+def test_rows_that_follow_from_rows() -> None:
+    """By hand; RRT*'s times are among the printed ones, 5.12 to 7.32 s, from 500 to 2,000 iterations."""
+    times = {200: 8.0, 500: 7.1, 1000: 6.0, 2000: 5.2, 5000: 5.0}
+    values = {f"rrt_time_{stage}_columns": time for stage, time in times.items()}
+    values |= {"fair_iapf_time_columns": 4.5, "fair_gda_time_columns": 5.0, "X_relative": 83.0}
+    values |= {"fair_unbent_bending_clearance": 0.3, "fair_planned_bending_clearance": 0.1}
+    found = {name: row["value"] for name, row in derived_rows({k: {"value": v} for k, v in values.items()}).items()}
+    assert found["printed_rrt_iterations_min_columns"] == 500 and found["printed_rrt_iterations_max_columns"] == 2000
+    np.testing.assert_allclose(
+        [found["gain_gda_columns"], found["X_loss"], found["bending_ratio_clearance"]], [10, 17, 3]
+    )
+    np.testing.assert_allclose(found["gda_growth_V_printed"], 100 * (7.56 / 7.48 - 1))
+    assert (found["III_rrt_printed_min"], found["III_rrt_printed_max"]) == (5.77, 6.29)
+    assert "gain_gda_spheres" not in found and "printed_rrt_iterations_min_spheres" not in found
 
 
 def test_options_and_the_command_that_the_pages_name() -> None:
@@ -241,6 +387,28 @@ def test_options_and_the_command_that_the_pages_name() -> None:
 def test_wrong_options_get_one_line(change: dict, message: str) -> None:
     with pytest.raises(UsageError, match=re.escape(message)):
         program.run(replace(ReproduceConfig(), **change))
+
+
+@pytest.mark.parametrize("option", ["json", "page", "claims"])
+def test_a_folder_as_a_file_is_refused_before_anything_is_computed(
+    option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> dict:
+        raise AssertionError("computed")
+
+    monkeypatch.setattr(program, "collect", fail)
+    with pytest.raises(UsageError, match=re.escape(f"--{option} {tmp_path} is a folder; give a file")):
+        change: dict = {option: tmp_path}
+        program.run(replace(ReproduceConfig(out=tmp_path / "run"), **change))
+    assert not (tmp_path / "run").exists()
+
+
+def test_another_ompl_is_another_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    marks = []
+    for version in ("1.6.0", "2.0.1"):
+        monkeypatch.setattr(metadata, "version", lambda _, version=version: version)
+        marks.append(fingerprint(program.identity()))
+    assert marks[0] != marks[1]
 
 
 def test_a_run_without_searches_writes_rows_pages_and_resumes(
@@ -280,9 +448,11 @@ def test_a_run_without_searches_writes_rows_pages_and_resumes(
             if line.startswith("|"):
                 widths.setdefault(number, set()).add(len(re.findall(r"(?<!\\)\|", line)))
     assert all(len(found) == 1 for found in widths.values()), "each table has one number of columns"
-    assert (tmp_path / "claims.md").read_text().count("**refuted**") == sum(
-        one.verdict == REFUTED for one in (*ROBOTICA, *HRI)
-    )
+    told = (tmp_path / "claims.md").read_text()
+    for verdict, count in counts(rows).items():
+        assert told.count(f"| **{verdict}** |") == count and f"{count} {verdict}" in told
+    assert f"RRT* | **{NOT_COMPUTED}** | - |" in told and f"whatever the height | **{NOT_COMPUTED}** | - |" in told
+    assert "near a person | **reproduced** |" in told  # by the episode, which every run has
     assert len(list((tmp_path / "run/figures").glob("*.png"))) == 9
     # the zones hold the tool back near the hand, and the path of the planner is shorter than that of the descent
     assert rows["episode_time_with"]["value"] > rows["episode_time_without"]["value"] + 0.5
