@@ -102,7 +102,10 @@ def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
     np.savez(file, start=made.start, goal=made.goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
              path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
     out = tmp_path / "rows.json"
-    assert run(PlanBenchmarkConfig(space="arm", problems=file, settings=0, json=out, page=tmp_path / "page.md")) == 0
+    config = PlanBenchmarkConfig(
+        space="arm", problems=file, settings=0, json=out, page=tmp_path / "page.md", out=tmp_path / "run"
+    )
+    assert run(config) == 0
     rows = json.loads(out.read_text())["plan_benchmark"]
     assert rows["problems"]["value"] == rows["success"]["value"] == 1
     assert rows["straight_share"]["value"] == 0 and 0.3 < rows["length_hard_median"]["value"] < 1
@@ -110,7 +113,8 @@ def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
 
 
 def test_missing_and_wrong_problems_are_told(tmp_path, capsys):
-    assert run(PlanBenchmarkConfig(space="arm", problems=tmp_path / "none.npz", settings=0)) == 0
+    config = PlanBenchmarkConfig(space="arm", problems=tmp_path / "none.npz", settings=0, out=tmp_path / "run")
+    assert run(config) == 0
     assert "left out" in capsys.readouterr().err
     np.savez(tmp_path / "wrong.npz", a=np.zeros(2))
     with pytest.raises(UsageError, match="no planning problems"):

@@ -28,7 +28,8 @@ from experiments.plan_benchmark.points.scenes import (
     feasible_scenes,
     way_exists,
 )
-from experiments.plan_benchmark.run import merged, run
+from experiments.plan_benchmark.results import merged
+from experiments.plan_benchmark.run import run
 from hrcjax.lab.errors import UsageError
 from hrcjax.world import obstacle_distances
 from hrcjax.world.scene import BOX, SPHERE
@@ -243,7 +244,9 @@ def test_sampling_planners_keep_clearance_and_time(name):
 
 
 def small(folder: Path, **changes) -> PlanBenchmarkConfig:
-    base = PlanBenchmarkConfig(space="point", scenes=2, planners=("gradient_descent",), out=folder, figures=False)
+    base = PlanBenchmarkConfig(
+        space="point", scenes=2, unseen=0, planners=("gradient_descent",), out=folder, figures=False
+    )
     return replace(base, **changes)
 
 
