@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .about import sentence
-from .points.page import definition, judged, point_page
+from .points.page import point_page
+from .points.words import definition, judged
 from .rows import BARS, DEFINITIONS, POINT, Rows, holds
 
 HEAD = """# The planners, measured

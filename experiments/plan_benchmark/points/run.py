@@ -20,7 +20,7 @@ from .measures import BASELINES, MANY, UNSEEN, Rows, point_rows, unseen_rows
 from .paper import paper_rows
 from .scenes import PointScene, draw_scene, feasible_scenes
 
-AFTERWARDS = ("measures.py", "intervals.py", "figures.py", "page.py", "run.py")
+AFTERWARDS = ("measures.py", "intervals.py", "figures.py", "page.py", "words.py", "run.py")
 """Files that only read finished cases."""
 EXTRA = "pip install 'hrcjax[baselines]'"
 
