@@ -39,7 +39,8 @@ bounds. A scene counts if a grid of {cell:g} cm hangs together from start to goa
 * **One law of time for all**: toppra, from rest to rest, {speed:g} m/s and {acceleration:g} m/s^2 on each axis (`travel`). It knows no limit of jerk: besides, `travel_jerk` is the library's path clock
   at the best of several constant cruising speeds, stretched in time until each axis also keeps {jerk:g} m/s^3. That law does not slow down for bends alone, so that it favours straight paths.
 * **Planning time** of the library's planners is that of one scene alone on the CPU, in float32, compiled before; of OMPL's it contains the validity function in Python, which a C++ one would shorten.
-  JAX may use all cores of the machine for it, where OMPL's planners use one.
+  JAX may use all cores of the machine for it, where OMPL's planners use one. Where other programs share the machine (the load average below), all planning times are
+  longer, and OMPL's planners, whose second is one of the clock, search less.
 * **Best baseline.** The bar asks for a length within {longer:.0f} % and {bent:g} of the bending energy of the best baseline. `point_best_share` compares with the bending energy of the shortest
   baseline, which is often the tautest line; `point_best_share_strict` with the least among the baselines that are at most {longer:.0f} % longer than the shortest. The slack of `multi_start_slack` is {slack:g} %{own},
   and this planner was added after the comparison of `multi_start` with the baselines had been seen. So `point_unseen` gives the shares in {unseen}scenes of other seeds, from {other} on.
