@@ -17,7 +17,7 @@ DESCRIPTION = """Measure the planners. Two spaces:
           steps of 2 degrees, and the speed of plans in the Robotica paper's scene
 
 OMPL and toppra come with: pip install 'hrcjax[baselines]'. Without them their planners and times are left out. Every scene and
-planner is stored as it comes: an interrupted comparison is resumed by the same command.
+planner is stored as it comes, and so are the arm's rows: an interrupted run is resumed by the same command.
 
 Examples:
 
@@ -46,12 +46,14 @@ class PlanBenchmarkConfig:
     """Scenes of the comparison in point space."""
     seed: int = 0
     """Seed of the first scene; the next ones follow."""
+    unseen: int = 60
+    """Scenes of other seeds, from 5000 on, for which shares against the best baseline alone are given. 0: none."""
     planners: tuple[str, ...] = ()
     """Planners of a point; none named: all. gradient_descent, plain_apf, iapf, iapf_optimised, multi_start, multi_start_slack, rrt_star, informed_rrt_star, bfmt_star."""
     budget: float = 1.0
     """Time of each of OMPL's planners for a scene, simplification included [s]."""
     out: Path | None = None
-    """Folder of the comparison; runs/plan_benchmark-FINGERPRINT if not given, so that the same command resumes."""
+    """Folder of the run; runs/plan_benchmark-FINGERPRINT if not given, so that the same command resumes."""
     figures: bool = True
     """Draw figures of the comparison into the folder at the end."""
     overwrite: bool = False
@@ -63,7 +65,7 @@ class PlanBenchmarkConfig:
     settings: int = 128
     """Settings of K_att, K_rep and zeta for which the arm is planned at once in the Robotica paper's scene. 0: none."""
     quick: bool = False
-    """At most 10 scenes with 0.2 s for OMPL's planners, 50 problems, 16 settings."""
+    """At most 10 scenes, and 4 of other seeds, with 0.2 s for OMPL's planners; 50 problems, 16 settings."""
     json: Path | None = None
     """Output file {"plan_benchmark": {row: {value, unit}}}; other sections, and the rows of the other space, are kept."""
     page: Path | None = None
@@ -74,7 +76,7 @@ def reduced(config: PlanBenchmarkConfig) -> PlanBenchmarkConfig:
     """The options of a quick run."""
     count = min(config.count or 50, 50)
     return replace(
-        config, scenes=min(config.scenes, 10), budget=min(config.budget, 0.2), count=count, settings=min(config.settings, 16)
+        config, scenes=min(config.scenes, 10), unseen=min(config.unseen, 4), budget=min(config.budget, 0.2), count=count, settings=min(config.settings, 16)
     )  # fmt: skip
 
 

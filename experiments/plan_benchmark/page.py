@@ -1,8 +1,11 @@
 """The page of the rows, as Markdown."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from .points.page import definition, point_page
+from .about import sentence
+from .points.page import point_page
+from .points.words import definition, judged
 from .rows import BARS, DEFINITIONS, POINT, Rows, holds
 
 HEAD = """# The planners, measured
@@ -14,8 +17,13 @@ ARM = """
 
 Problems of a UR5 among 2 to 12 boxes (rainorangelemon/gnn-motion-planning, MIT), the arm's capsules 1 cm thinner than the project's,
 forearm and wrist 2 may overlap{taken}.
+{origin}
 
 """
+COMMAND = "`python -m experiments.plan_benchmark --space {space} --json FILE --page FILE` adds the rows"
+"""Rows of the other space are kept in the file."""
+SHOWN = ("point_best", "point_unseen", "point_paper")
+"""Begins of the names of rows without bars that are shown besides the tables."""
 
 
 def bars_table(rows: Rows, names: Sequence[str]) -> str:
@@ -31,20 +39,27 @@ def bars_table(rows: Rows, names: Sequence[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def page(rows: Rows, figures: Sequence[str] = ()) -> str:
+def page(rows: Rows, figures: Sequence[str] = (), origins: Mapping[str, Mapping[str, Any]] | None = None) -> str:
     """A Markdown page of the rows of both spaces, as far as they are there.
 
     Args:
         figures: of the comparison, name and content of each.
+        origins: space -> what its rows were measured on.
     """
-    text = HEAD + point_page(rows)
-    point = [name for name in rows if name.startswith(POINT) and (name in BARS or name.startswith(("point_best", "point_paper")))]  # fmt: skip
+    origins = origins or {}
+    points = point_page(rows, sentence(origins.get("point")))
+    text = HEAD + (points or f"\nThe planners of a point were not measured; {COMMAND.format(space='point')}.\n")
+    point = [name for name in rows if name.startswith(POINT) and (name in BARS or name.startswith(SHOWN))]
     if point:
         text += "\n" + bars_table(rows, point)
+        if said := judged(rows, holds):
+            text += "\n" + said + "\n"
     if figures:
         text += "\nFigures in the folder of the run:\n\n" + "\n".join(f"* {line}" for line in figures) + "\n"
     arm = [name for name in rows if not name.startswith(POINT)]
     if arm:
         taken = f"; {rows['taken']['value']:.0f} problems taken" if "taken" in rows else ""
-        text += ARM.format(taken=taken) + bars_table(rows, arm)
+        text += ARM.format(taken=taken, origin=sentence(origins.get("arm"))) + bars_table(rows, arm)
+    else:
+        text += f"\n## The planner of the whole arm\n\nNot measured here; {COMMAND.format(space='arm')}.\n"
     return text

@@ -1,40 +1,30 @@
 """One run: from options to rows and page."""
 
-import json
 import math
 import sys
 from dataclasses import asdict
 from pathlib import Path
 
 from hrcjax.lab.atomic import write_bytes
+from hrcjax.lab.case_store import locked_store
 from hrcjax.lab.errors import UsageError
-from hrcjax.lab.rows import read_results, table
-from hrcjax.lab.writable import check_writable
-from hrcjax.plan import arm_body
+from hrcjax.lab.provenance import fingerprint, provenance
+from hrcjax.lab.rows import table
 
-from .checker import Checker
+from .about import about, read, stored
+from .arm import arm_rows
 from .config import PlanBenchmarkConfig
 from .page import page
 from .points.page import printed
-from .points.run import measure_points
-from .problems import TIGHT, read_problems, thin_arm
-from .rows import POINT, Rows, holds, problem_rows, row
-from .solve import solve_all
-from .speed import alone_ms, robotica_speed
-
-INFLATION = 0.005
-"""Of the arm's spheres in the problems [m]."""
-SECTION = "plan_benchmark"
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
+from .points.run import chosen, identity, measure_points
+from .problems import read_problems
+from .results import SECTION, Origins, check_file, merged, read_kept, write_results
+from .rows import Rows, holds
 
 
 def _check(config: PlanBenchmarkConfig) -> None:
-    if config.settings < 0:
-        raise UsageError(f"--settings {config.settings}: accepted is 0 or more")
-    for option, least in (("scenes", 1), ("seed", 0)):
+    """Everything that can be refused before anything is measured."""
+    for option, least in (("settings", 0), ("scenes", 1), ("seed", 0), ("unseen", 0)):
         if getattr(config, option) < least:
             raise UsageError(f"--{option} {getattr(config, option)}: accepted is {least} or more")
     if not 0 < config.budget < math.inf:
@@ -44,73 +34,63 @@ def _check(config: PlanBenchmarkConfig) -> None:
     for option in ("json", "page"):
         file: Path | None = getattr(config, option)
         if file is not None:
-            if not file.parent.is_dir():
-                raise UsageError(f"no folder {file.parent} for --{option}")
-            check_writable(file.parent, f"--{option}")
+            check_file(file, f"--{option}")
+    if config.json and config.page and config.json.resolve() == config.page.resolve():
+        raise UsageError(f"--json and --page are both {config.json}; give two files")
+    if config.space != "point" and config.problems.exists():
+        read_problems(config.problems, config.count)
 
 
-def arm_rows(config: PlanBenchmarkConfig) -> Rows:
-    """Rows of the whole arm."""
+def _check_kept(config: PlanBenchmarkConfig) -> None:
+    """Refuses, before anything is measured, a file of rows that cannot be read, or whose rows make no page."""
+    kept, origins = read_kept(config.json, config.space)
+    if config.page:
+        try:
+            page(kept, (), origins)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise UsageError(
+                f"{config.json}: its rows make no page ({error!r}); remove it or choose another --json"
+            ) from error
+
+
+def measured(config: PlanBenchmarkConfig, planners: tuple[str, ...]) -> tuple[Rows, Origins, list[str]]:
+    """The rows of a run, what those of each space were measured on, and figures; all that is finished is in its folder."""
+    mark = fingerprint(identity(config.budget))
+    folder = config.out or Path("runs") / f"plan_benchmark-{mark[:8]}"
+    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     rows: Rows = {}
-    if config.problems.exists():
-        problems = read_problems(config.problems, config.count)
-        arm = thin_arm()
-        checker = Checker(arm)
-        reference_free = checker.free(problems, range(len(problems)), problems.reference)
-        body = arm_body(arm, INFLATION, floor=0.0, tight=TIGHT)
-        rows |= problem_rows(problems, reference_free, solve_all(body, checker, problems, _say))
-    else:
-        _say(f"no problems at {config.problems}: their rows are left out; --problems FILE names another place")
-    if config.settings:
-        _say(f"{config.settings} settings in the Robotica paper's scene")
-        speed = robotica_speed(config.settings)
-        rows |= {
-            "settings_per_s": row(speed["settings_per_s"], "1/s"),
-            "compile_s": row(speed["compile_s"], "s"),
-            "robotica_kept": row(speed["kept"], "1"),
-            "ms_alone": row(alone_ms(), "ms"),
-        }
-    return rows
-
-
-def merged(old: Rows, new: Rows, space: str) -> Rows:
-    """The new rows, and of the old ones those of the space that was not measured."""
-    kept = {k: v for k, v in old.items() if space == ("arm" if k.startswith(POINT) else "point")}
-    return {**kept, **new} if space == "point" else {**new, **kept}
+    origins: Origins = {}
+    figures: list[str] = []
+    with locked_store(folder, mark, {"program": SECTION, "config": asked, **provenance()}, config.overwrite) as store:
+        print(f"-> {folder}", file=sys.stderr, flush=True)
+        if config.space != "arm":
+            origins["point"] = read(store.take("about", lambda: stored(about()))[0])
+            found = measure_points(
+                store, config.scenes, config.seed, config.unseen, planners, config.budget, config.figures
+            )
+            rows, figures = dict(found.rows), found.figures
+            print(printed(rows) + "\n")
+        if config.space != "point":
+            mine, origin = arm_rows(store, config.problems, config.count, config.settings)
+            if origin:
+                origins["arm"] = origin
+            print(table(SECTION, mine) + "\n")
+            rows = {**mine, **rows}
+    return rows, origins, figures
 
 
 def run(config: PlanBenchmarkConfig) -> int:
     """Measures; returns the exit status: 0."""
     _check(config)
-    rows: Rows = {}
-    figures: list[str] = []
-    if config.space != "arm":
-        asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
-        found = measure_points(
-            config.scenes,
-            config.seed,
-            config.planners,
-            config.budget,
-            config.out,
-            config.overwrite,
-            config.figures,
-            asked,
-        )
-        rows, figures = dict(found.rows), found.figures
-        print(printed(rows) + "\n")
-    if config.space != "point":
-        mine = arm_rows(config)
-        print(table(SECTION, mine) + "\n")
-        rows = {**mine, **rows}
+    _check_kept(config)
+    planners = chosen(config.planners) if config.space != "arm" else ()
+    rows, origins, figures = measured(config, planners)
+    kept, kept_origins = read_kept(config.json, config.space)  # again: others may have written meanwhile
+    section, origins = merged(kept, rows, config.space), kept_origins | origins
     if config.json:
-        sections = read_results(config.json)
-        old = {name: dict(entry) for name, entry in sections.get(SECTION, {}).items()}
-        section = merged(old, rows, config.space)
-        write_bytes(config.json, (json.dumps(sections | {SECTION: section}, indent=1) + "\n").encode())
-    else:
-        section = rows
+        write_results(config.json, section, origins)
     if config.page:
-        write_bytes(config.page, page(section, figures).encode())
+        write_bytes(config.page, page(section, figures, origins).encode())
     missed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
     print(f"{len(missed)} bars do not hold" + (f": {', '.join(missed)}" if missed else ""))
     return 0

@@ -36,19 +36,28 @@ def straightest_path(paths: PathResult, slack: Scalar) -> Int[Array, ""]:
     shortest of these; if none does, the one of least violation. Of equals the first.
 
     Args:
-        paths: with a leading axis.
-        slack: part of the length [1].
+        paths: with a leading axis; one that is not finite is never taken unless all are, and no measure of length.
+        slack: part of the length, 0 or more [1].
     """
-    kept = paths.clear & paths.inside & jnp.isfinite(paths.length)
+    kept = _kept(paths)
     shortest = jnp.min(jnp.where(kept, paths.length, jnp.inf))
     short = paths.length <= (1 + slack) * shortest
     return _least(paths, jnp.where(short | ~jnp.any(kept), paths.bending_energy, jnp.inf))
 
 
+def _finite(paths: PathResult) -> Bool[Array, "path"]:
+    """Whether every number that decides is finite."""
+    return jnp.isfinite(paths.length) & jnp.isfinite(paths.bending_energy) & jnp.isfinite(paths.violation)
+
+
+def _kept(paths: PathResult) -> Bool[Array, "path"]:
+    """Whether distances and bounds are kept, by a path that is finite."""
+    return paths.clear & paths.inside & _finite(paths)
+
+
 def _least(paths: PathResult, cost: Float[Array, "path"]) -> Int[Array, ""]:
-    finite = jnp.isfinite(paths.length + paths.bending_energy + paths.violation)
-    kept = paths.clear & paths.inside & finite
-    missed = jnp.where(finite, paths.violation + jnp.where(paths.inside, 0, _OUTSIDE), jnp.inf)
+    kept = _kept(paths)
+    missed = jnp.where(_finite(paths), paths.violation + jnp.where(paths.inside, 0, _OUTSIDE), jnp.inf)
     return jnp.argmin(jnp.where(jnp.any(kept), jnp.where(kept, cost, jnp.inf), missed))
 
 

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from experiments.plan_benchmark import arm
 from experiments.plan_benchmark.checker import STEP, Checker, dense
 from experiments.plan_benchmark.config import PlanBenchmarkConfig, parse
 from experiments.plan_benchmark.page import page
@@ -102,15 +103,58 @@ def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
     np.savez(file, start=made.start, goal=made.goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
              path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
     out = tmp_path / "rows.json"
-    assert run(PlanBenchmarkConfig(space="arm", problems=file, settings=0, json=out, page=tmp_path / "page.md")) == 0
+    config = PlanBenchmarkConfig(
+        space="arm", problems=file, settings=0, json=out, page=tmp_path / "page.md", out=tmp_path / "run"
+    )
+    assert run(config) == 0
     rows = json.loads(out.read_text())["plan_benchmark"]
     assert rows["problems"]["value"] == rows["success"]["value"] == 1
     assert rows["straight_share"]["value"] == 0 and 0.3 < rows["length_hard_median"]["value"] < 1
     assert (tmp_path / "page.md").read_text().startswith("# The planners")
 
 
+def test_rows_of_the_arm_are_kept_in_the_folder(tmp_path, monkeypatch, capsys):
+    """A failure after the problems, or at the end, loses none of them; other problems are measured anew."""
+    file, out = tmp_path / "problems.npz", tmp_path / "rows.json"
+    made = problems(((5.0, 5, 5), (0.1, 0.1, 0.1)))
+
+    def written(goal):
+        np.savez(file, start=made.start, goal=goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
+                 path=made.reference[0], path_offset=np.array([0, 2]))  # fmt: skip
+
+    written(made.goal)
+    config = PlanBenchmarkConfig(space="arm", problems=file, settings=3, json=out, out=tmp_path / "run")
+    found = {"problems": {"value": 4.0, "unit": "1"}, "success": {"value": 0.97, "unit": "1"}}
+    calls = []
+    monkeypatch.setattr(arm, "_problems", lambda *_: calls.append("problems") or found)
+
+    def failing(_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(arm, "_speed", failing)
+    with pytest.raises(OSError, match="no space"):
+        run(config)
+    monkeypatch.setattr(arm, "_speed", lambda n: {"settings_per_s": {"value": float(n), "unit": "1/s"}})
+    assert run(config) == 0 and calls == ["problems"]
+    assert "taken from" in capsys.readouterr().err
+    sections = json.loads(out.read_text())
+    rows = sections["plan_benchmark"]
+    assert rows == {**found, "settings_per_s": {"value": 3.0, "unit": "1/s"}}
+    assert set(sections["about"]) == {"plan_benchmark_arm"} and sections["about"]["plan_benchmark_arm"]["cores"] > 0
+    written(made.goal + 0.1)
+    assert run(config) == 0 and calls == ["problems"] * 2
+
+
+def test_wrong_problems_are_refused_before_points_are_measured(tmp_path, monkeypatch):
+    monkeypatch.setattr("experiments.plan_benchmark.run.measured", lambda *_: pytest.fail("measured"))
+    np.savez(tmp_path / "wrong.npz", a=np.zeros(2))
+    with pytest.raises(UsageError, match="no planning problems"):
+        run(PlanBenchmarkConfig(problems=tmp_path / "wrong.npz", out=tmp_path / "run"))
+
+
 def test_missing_and_wrong_problems_are_told(tmp_path, capsys):
-    assert run(PlanBenchmarkConfig(space="arm", problems=tmp_path / "none.npz", settings=0)) == 0
+    config = PlanBenchmarkConfig(space="arm", problems=tmp_path / "none.npz", settings=0, out=tmp_path / "run")
+    assert run(config) == 0
     assert "left out" in capsys.readouterr().err
     np.savez(tmp_path / "wrong.npz", a=np.zeros(2))
     with pytest.raises(UsageError, match="no planning problems"):

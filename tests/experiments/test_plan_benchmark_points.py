@@ -28,7 +28,8 @@ from experiments.plan_benchmark.points.scenes import (
     feasible_scenes,
     way_exists,
 )
-from experiments.plan_benchmark.run import merged, run
+from experiments.plan_benchmark.results import merged
+from experiments.plan_benchmark.run import run
 from hrcjax.lab.errors import UsageError
 from hrcjax.world import obstacle_distances
 from hrcjax.world.scene import BOX, SPHERE
@@ -224,6 +225,47 @@ def test_rows_on_cases_made_by_hand():
     assert "3 (no way)" in text and "| rrt_star | 1 [" in text and "(missed)" in text
 
 
+def test_the_strict_share_takes_the_straightest_of_the_short_baselines():
+    cases = {
+        "multi_start": [case(1.0, 1.0)] * 5,
+        "rrt_star": [case(1.0, 9.0)] * 5,  # the tautest
+        "bfmt_star": [
+            case(1.005, 1.5),  # hardly longer, and bends less than twice as much
+            case(1.02, 1.5),  # too long to count
+            case(1.005, 2.0),  # just twice
+            case(1.005, 1.5, success=False),
+            case(1.01, np.nan),  # of unknown bending: nothing can be said for the planner
+        ],
+    }
+    rows = {name: entry["value"] for name, entry in measures.point_rows(cases, {}).items()}
+    assert rows["point_best_share_multi_start"] == 1.0
+    assert rows["point_best_share_strict_multi_start"] == pytest.approx(3 / 5)
+    unseen = {name: entry["value"] for name, entry in measures.unseen_rows(cases).items()}
+    assert unseen["point_unseen_scenes"] == 5 and unseen["point_unseen_success_multi_start"] == 1
+    assert unseen["point_unseen_share_strict_multi_start"] == rows["point_best_share_strict_multi_start"]
+    assert not any(name.endswith("rrt_star") for name in unseen)
+
+
+def test_page_tells_what_the_bars_do_not():
+    cases = {"multi_start": [case(1.0, 1.0)] * 4, "rrt_star": [case(1.0, 9.0)] * 4, "bfmt_star": [case(1.0, 1.5)] * 4}
+    paper = {"length_touching": 72.9, "bending_touching": 0.001, "distance_touching": -0.022, "length_clear_3cm": 73.8,
+             "bending_clear_3cm": 0.013, "distance_clear_3cm": 2.99}  # fmt: skip
+    rows = measures.point_rows(cases, {}) | measures.unseen_rows(cases)
+    rows |= {f"point_paper_{name}": {"value": value, "unit": "cm"} for name, value in paper.items()}
+    on = {"cpu": "some processor", "cores": 2, "commit": "0123456789abcdef+changes", "ompl": "2.0"}
+    text = page(rows, (), {"point": on})
+    assert "some processor, 2 cores" in text and "commit 0123456789ab with changes" in text and "ompl 2.0" in text
+    assert "JAX may use all cores" in text and "median clearance of `multi_start` 30.0 mm" in text
+    assert "in 1 [0.51, 1] of the scenes, by the strict comparison in 0 [" in text
+    assert "0.22 mm into the column" in text and "which meets the same bars" in text
+    assert "Not measured here; `python -m experiments.plan_benchmark --space arm" in text
+    longer = rows | {"point_paper_length_clear_3cm": {"value": 75.0, "unit": "cm"}}
+    assert "which meets the same bars" not in page(longer)
+    assert "not recorded" in page(longer) and "Planners of a point were" not in page(longer)
+    alone = page({"success": {"value": 1.0, "unit": "1"}})
+    assert "planners of a point were not measured" in alone and "Not measured here" not in alone
+
+
 def test_a_claim_that_the_check_refutes_is_no_success():
     line = np.stack([START, GOAL])
     blocked, free = scene(ball(0.4, 0.3, 0.2, 0.05)), scene(ball(0.4, 0.8, 0.5, 0.03))
@@ -243,7 +285,9 @@ def test_sampling_planners_keep_clearance_and_time(name):
 
 
 def small(folder: Path, **changes) -> PlanBenchmarkConfig:
-    base = PlanBenchmarkConfig(space="point", scenes=2, planners=("gradient_descent",), out=folder, figures=False)
+    base = PlanBenchmarkConfig(
+        space="point", scenes=2, unseen=0, planners=("gradient_descent",), out=folder, figures=False
+    )
     return replace(base, **changes)
 
 
@@ -258,11 +302,13 @@ def test_a_run_is_stored_resumed_and_keeps_the_rows_of_the_arm(tmp_path, capsys,
     assert "other" in found and "success" in rows and "point_old" not in rows
     assert rows["point_scenes"]["value"] == 2 and 0 <= rows["point_success_gradient_descent"]["value"] <= 1
     assert rows["point_paper_length_touching"]["value"] < 74
+    assert set(found["about"]) == {"plan_benchmark_point"} and found["about"]["plan_benchmark_point"]["commit"]
     text = (tmp_path / "page.md").read_text()
     assert "## Planners of a point" in text and "## The planner of the whole arm" in text
     assert "gradient_descent" in capsys.readouterr().out
     monkeypatch.setattr("experiments.plan_benchmark.points.cases.Bench.case", lambda *_: pytest.fail("measured again"))
     monkeypatch.setattr("experiments.plan_benchmark.points.run.paper_rows", lambda: pytest.fail("measured again"))
+    monkeypatch.setattr("experiments.plan_benchmark.run.about", lambda: pytest.fail("asked again"))
     assert run(small(tmp_path / "run", figures=True)) == 0
     assert (tmp_path / "run" / "figures" / "paths.png").stat().st_size > 20000
 
@@ -300,6 +346,65 @@ def test_without_ompl_its_planners_are_left_out(tmp_path, capsys, monkeypatch):
 def test_mistakes_are_told(tmp_path, change, message):
     with pytest.raises(UsageError, match=message):
         run(small(tmp_path / "run", **change))
+
+
+@pytest.mark.parametrize(
+    ("option", "content", "message"),
+    [
+        ("json", None, "is not a file; give another --json"),
+        ("page", None, "is not a file; give another --page"),
+        ("json", "{", "not valid JSON"),
+        ("json", "[1]", "no benchmark sections"),
+        ("json", '{"plan_benchmark": [1]}', "are not sections"),
+        ("json", '{"plan_benchmark": {"success": 1}}', "row success has no value"),
+        ("json", '{"about": 3}', "are not sections"),
+    ],
+)
+@pytest.mark.parametrize("space", ["point", "arm", "both"])
+def test_files_are_refused_before_anything_is_measured(tmp_path, monkeypatch, option, content, message, space):
+    monkeypatch.setattr("experiments.plan_benchmark.run.measured", lambda *_: pytest.fail("measured"))
+    file = tmp_path / "file"
+    if content is None:
+        file.mkdir()
+    else:
+        file.write_text(content)
+    with pytest.raises(UsageError, match=message) as told:
+        run(small(tmp_path / "run", space=space, problems=tmp_path / "none", **{option: file}))
+    assert "\n" not in str(told.value) and not (tmp_path / "run").exists()
+
+
+def test_rows_that_make_no_page_and_one_file_for_both_are_refused(tmp_path):
+    file = tmp_path / "rows.json"
+    file.write_text(
+        json.dumps({"plan_benchmark": {"point_scenes": {"value": 3}, "point_success_iapf": {"value": 1.0}}})
+    )
+    with pytest.raises(UsageError, match="make no page"):
+        run(small(tmp_path / "run", space="arm", json=file, page=tmp_path / "page.md"))
+    with pytest.raises(UsageError, match="give two files"):
+        run(small(tmp_path / "run", json=file, page=file))
+    assert not (tmp_path / "run").exists()
+
+
+def test_scenes_of_other_seeds(tmp_path, monkeypatch):
+    """Those that are among the first ones do not count twice."""
+    monkeypatch.setattr("experiments.plan_benchmark.points.run.UNSEEN", 1)
+    seen = []
+
+    def made(_, name, one):
+        seen.append(name)
+        return case(1.0) | {"curve": np.stack([one.start, one.goal])}
+
+    monkeypatch.setattr("experiments.plan_benchmark.points.cases.Bench.case", made)
+    monkeypatch.setattr(
+        "experiments.plan_benchmark.points.run.paper_rows", lambda: {"point_paper": {"value": 1, "unit": ""}}
+    )
+    out = tmp_path / "rows.json"
+    asked = small(tmp_path / "run", planners=("iapf", "iapf_optimised", "multi_start"), unseen=3, json=out)
+    assert run(asked) == 0
+    rows = json.loads(out.read_text())["plan_benchmark"]
+    assert rows["point_scenes"]["value"] == rows["point_unseen_scenes"]["value"] == 2
+    assert len(seen) == 10 and seen.count("iapf_optimised") == 2  # it is in no share
+    assert rows["point_unseen_share_multi_start"]["scenes"] == 2
 
 
 def test_options():

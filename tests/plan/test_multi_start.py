@@ -149,6 +149,20 @@ def test_which_is_straightest(paths, best):
     assert int(straightest_path(paths, 0.01)) == best
 
 
+@pytest.mark.parametrize("field", ["length", "bending_energy", "violation"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_path_with_a_number_that_is_not_finite_is_never_taken(field, value):
+    """The first, said to be kept, would be shortest and straightest; without it the last is the best by both rules."""
+    paths = results([1.0, 2.0, 2.005], bend=[0.0, 2.0, 1.0])
+    first = getattr(paths, field).at[0].set(value)
+    broken = eqx.tree_at(lambda p: getattr(p, field), paths, first)
+    assert int(straightest_path(broken, 0.01)) == 2
+    assert int(best_path(params().path, broken)) == 2
+    missed = eqx.tree_at(lambda p: p.clear, broken, jnp.zeros(3, bool))
+    violated = eqx.tree_at(lambda p: p.violation, missed, missed.violation.at[1:].set([0.2, 0.1]))
+    assert int(straightest_path(violated, 0.01)) == int(best_path(params().path, violated)) == 2
+
+
 def test_slack_is_spent_on_less_bending():
     s, p = among(drawn(3)), params()
     low, high = jnp.asarray(LOWER), jnp.asarray(UPPER)

@@ -12,7 +12,9 @@ Case = Mapping[str, NDArray]
 Rows = dict[str, dict[str, Any]]
 
 LONGER, BENT = 1.01, 0.5
-"""Length and bending energy over those of the shortest baseline that the bar allows [1]."""
+"""Length and bending energy over those of the best baseline that the bar allows [1]."""
+UNSEEN = 5000
+"""First seed of the scenes that were not looked at when the planners were chosen."""
 BASELINES = ("gradient_descent", "plain_apf", "iapf", "rrt_star", "informed_rrt_star", "bfmt_star")
 """Planners that the bar compares with; the others are the library's optimiser."""
 MINE = "multi_start"
@@ -63,24 +65,42 @@ def pair_rows(name: str, mine: Mapping[str, NDArray], other: Mapping[str, NDArra
     return rows
 
 
-def best_rows(name: str, found: Mapping[str, Mapping[str, NDArray]]) -> Rows:
-    """A planner against the shortest baseline of every scene in which any succeeds; its own failure counts as a miss."""
+def best_rows(name: str, found: Mapping[str, Mapping[str, NDArray]], begin: str = "point_best") -> Rows:
+    """A planner against the best baseline of every scene in which any succeeds; its own failure counts as a miss.
+
+    The shortest baseline is often the tautest line. So there are two shares: with the bending energy of the shortest one, and,
+    strictly, with the least of the baselines that are hardly longer than that, as the planner itself may be.
+    """
     others = [found[other] for other in BASELINES if other in found]
     mine = found[name]
     lengths = np.stack([np.where(of["success"] > 0, of["length"], np.inf) for of in others])
     any_one = np.isfinite(lengths).any(axis=0)
     if not any_one.any():
         return {}
-    best = lengths.argmin(axis=0)
-    bend = np.stack([of["bending"] for of in others])[best, np.arange(len(best))]
+    shortest = lengths.min(axis=0)
+    bends = np.stack([of["bending"] for of in others])
+    of_shortest = bends[lengths.argmin(axis=0), np.arange(len(shortest))]
+    least = np.where((lengths <= LONGER * shortest) & np.isfinite(lengths), bends, np.inf).min(axis=0)
     ok = mine["success"] > 0
-    short = (ok & (mine["length"] <= LONGER * lengths.min(axis=0)))[any_one]
-    straight = (ok & (mine["bending"] <= BENT * bend))[any_one]
+    short = (ok & (mine["length"] <= LONGER * shortest))[any_one]
+    straight, straighter = ((ok & (mine["bending"] <= BENT * bend))[any_one] for bend in (of_shortest, least))
     return {
-        f"point_best_share_{name}": row(share(short & straight), "1"),
-        f"point_best_length_share_{name}": row(share(short), "1"),
-        f"point_best_bending_share_{name}": row(share(straight), "1"),
+        f"{begin}_share_{name}": row(share(short & straight), "1"),
+        f"{begin}_share_strict_{name}": row(share(short & straighter), "1"),
+        f"{begin}_length_share_{name}": row(share(short), "1"),
+        f"{begin}_bending_share_{name}": row(share(straight), "1"),
     }
+
+
+def unseen_rows(cases: Mapping[str, Sequence[Case]]) -> Rows:
+    """Shares in the scenes of other seeds."""
+    found = {name: columns(some) for name, some in cases.items()}
+    rows: Rows = {"point_unseen_scenes": {"value": float(len(next(iter(found.values()))["success"])), "unit": "scenes"}}
+    for name in MANY:
+        if name in found:
+            rows[f"point_unseen_success_{name}"] = row(share(found[name]["success"] > 0), "1")
+            rows |= best_rows(name, found, "point_unseen")
+    return rows
 
 
 def point_rows(cases: Mapping[str, Sequence[Case]], rejected: Mapping[str, int]) -> Rows:

@@ -9,9 +9,9 @@ from hrcjax.plan.multi_start import FACTORS
 
 from .cases import PLANNERS
 from .curve import SPACINGS, TOLERANCE
-from .measures import BASELINES, BENT, KEYS, LONGER, MINE, UNITS
+from .measures import BENT, LONGER, MINE, UNITS, UNSEEN
 from .ours import SLACK, STARTS, STEPS
-from .sampling import RESOLUTION, SAMPLES
+from .sampling import RESOLUTION, SAMPLES, SHARE
 from .scenes import CELL, CLEARANCE, LEAST_WAY, MOST
 from .timing import ACCELERATION, JERK, SPEED
 
@@ -28,16 +28,24 @@ bounds. A scene counts if a grid of {cell:g} cm hangs together from start to goa
   obstacles grown by the clearance, so that staying outside keeps it; after arrival within 1 cm they go straight to the goal.
   `iapf_optimised`: the library's `plan`, a descent and an arch, optimised. `multi_start`: `plan_multi_start`, {starts} guesses optimised side by
   side, weights as by default (1, 0.01 m); `multi_start_slack`: `plan_with_slack`, the same for {factors} weights of bending, from 0.0003 to 0.1 m, and of these the straightest path at most {slack:g} % longer than the shortest of them. `rrt_star`, `informed_rrt_star`, `bfmt_star`: OMPL's, with length as
-  objective and OMPL's simplification, {budget:g} s for each scene, simplification included; RRT* and Informed RRT* take all of it, BFMT* starts with {samples} samples and
-  ends with its first solution, or doubles them. Validity is tested every {resolution:g} mm by a function in Python.
+  objective and OMPL's simplification, {budget:g} s for each scene, simplification included. RRT* and Informed RRT* search for {search:g} s; {kept:g} s are kept for the
+  simplification, which needs a few milliseconds of them, so that the rest is unused. BFMT* starts with {samples} samples and ends with its first solution, or doubles them. Validity is tested every {resolution:g} mm by a function in Python.
 * **One curve for all.** Broken lines have corners, which no law of time passes without a stop. Of every planner's line natural
   cubic splines are laid through points {first:g} to {last:g} cm apart on it, and the first, the smoothest, that the check accepts is executed and measured. If none is
   accepted, the line itself is, with a stop at every corner; its bending energy is infinite.
   So the corners of the sampling planners' lines are rounded as far as the clearance allows, and their bending energies are not those of corners.
 * **One check for all**, in NumPy: the curve's points every mm, exact distances; {tolerance:g} mm of violation count as kept. Success: the planner claims it and the check agrees.
+  The library's optimiser uses this tolerance{median}, while OMPL's validity function asks for the whole {millimetres:.1f} mm. To be 0.3 mm nearer shortens a turn of one radian by 0.3 mm.
 * **One law of time for all**: toppra, from rest to rest, {speed:g} m/s and {acceleration:g} m/s^2 on each axis (`travel`). It knows no limit of jerk: besides, `travel_jerk` is the library's path clock
   at the best of several constant cruising speeds, stretched in time until each axis also keeps {jerk:g} m/s^3. That law does not slow down for bends alone, so that it favours straight paths.
 * **Planning time** of the library's planners is that of one scene alone on the CPU, in float32, compiled before; of OMPL's it contains the validity function in Python, which a C++ one would shorten.
+  JAX may use all cores of the machine for it, where OMPL's planners use one. Where other programs share the machine (the load average below), all planning times are
+  longer, and OMPL's planners, whose second is one of the clock, search less.
+* **Best baseline.** The bar asks for a length within {longer:.0f} % and {bent:g} of the bending energy of the best baseline. `point_best_share` compares with the bending energy of the shortest
+  baseline, which is often the tautest line; `point_best_share_strict` with the least among the baselines that are at most {longer:.0f} % longer than the shortest. The slack of `multi_start_slack` is {slack:g} %{own},
+  and this planner was added after the comparison of `multi_start` with the baselines had been seen. So `point_unseen` gives the shares in {unseen}scenes of other seeds, from {other} on.
+
+{origin}
 
 Medians over the scenes that the planner itself solves, with 95 % bootstrap intervals (planning time: over all scenes); shares with Wilson's intervals. Medians over
 different scenes do not compare planners; the ratios below do. OMPL's planners stop by the clock: in another run their paths are others, and
@@ -98,49 +106,29 @@ def printed(rows: Rows) -> str:
     return "\n\n".join(parts)
 
 
-def point_page(rows: Rows) -> str:
-    """The tables with what they measure; empty without rows."""
+def point_page(rows: Rows, origin: str) -> str:
+    """The tables with what they measure; empty without rows.
+
+    Args:
+        origin: one line of the machine and the code.
+    """
     if "point_scenes" not in rows:
         return ""
     rejected = ", ".join(
         f"{rows[name]['value']:.0f} ({name.removeprefix('point_rejected_').replace('_', ' ')})"
         for name in rows if name.startswith("point_rejected_")
     ) or "none"  # fmt: skip
+    budget = rows.get("point_budget", {"value": math.nan})["value"]
+    clearance = rows.get(f"point_clearance_{MINE}")
+    unseen = rows.get("point_unseen_scenes")
     text = TEXT.format(
+        median=f" (median clearance of `{MINE}` {1000 * clearance['value']:.1f} mm)" if clearance else "", millimetres=1000 * CLEARANCE,
+        search=(1 - SHARE) * budget, kept=SHARE * budget, longer=100 * (LONGER - 1), bent=BENT, own=", the bar's own" if math.isclose(SLACK, LONGER - 1) else "",
+        unseen=f"{unseen['value']:.0f} " if unseen else "", other=UNSEEN, origin=origin,
         scenes=rows["point_scenes"]["value"], way=LEAST_WAY, most=MOST, clear=100 * CLEARANCE, cell=100 * CELL, rejected=rejected, steps=STEPS,
-        starts=STARTS, slack=100 * SLACK, factors=len(FACTORS), budget=rows["point_budget"]["value"], samples=SAMPLES, resolution=1000 * RESOLUTION, first=100 * SPACINGS[0],
+        starts=STARTS, slack=100 * SLACK, factors=len(FACTORS), budget=budget, samples=SAMPLES, resolution=1000 * RESOLUTION, first=100 * SPACINGS[0],
         last=100 * SPACINGS[-1], tolerance=1000 * TOLERANCE, speed=SPEED, acceleration=ACCELERATION, jerk=JERK,
     )  # fmt: skip
     text += "\n" + markdown(planner_table(rows))
     pairs = pair_table(rows)
     return text + (PAIRS + "\n" + markdown(pairs) if len(pairs) > 1 else "")
-
-
-def definition(name: str) -> str:
-    """What a row of this part measures."""
-    for prefix, words in DEFINITIONS.items():
-        if name.startswith(prefix):
-            return words
-    return ""
-
-
-DEFINITIONS = {
-    f"point_success_{MINE}": "share of scenes with a path that keeps clearance and bounds, planner and check agreeing",
-    "point_best_share": f"share of scenes in which the planner is at most {100 * (LONGER - 1):.0f} % longer than the shortest of the baselines ({', '.join(BASELINES)}) that succeed, and its bending energy at most {BENT:g} of that one's",
-    "point_best_length_share": "the same for the length alone",
-    "point_best_bending_share": "the same for the bending energy alone",
-    "point_paper_length_touching": "paper's scene, obstacles as columns, no contact asked for: length (printed optimum 78.64 cm; shortest without contact 72.88 cm)",
-    "point_paper_bending_touching": "its bending energy (printed 0.03)",
-    "point_paper_distance": "least surface distance of that path",
-    "point_paper_length_clear_3cm": "the same scene with 3 cm from the surfaces: length",
-    "point_paper_bending_clear_3cm": "its bending energy",
-    "point_scenes": "scenes",
-    "point_rejected": "seeds rejected for this reason",
-    "point_budget": "time of a sampling planner for a scene",
-    "point_success": "success of this planner, with Wilson's interval",
-    "point_ratio": f"`{MINE}` over this planner where both succeed: median ratio",
-    "point_wrong_claim": "share of scenes in which the planner claims success and the check disagrees",
-    "point_stops": "share of its successes whose line is executed with stops at corners",
-    "point_compile": "time to compile the planner",
-    **{f"point_{measure}": f"median over the scenes that this planner solves, in {UNITS[measure]}" for measure in KEYS},
-}

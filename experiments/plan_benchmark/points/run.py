@@ -1,7 +1,7 @@
 """The comparison of planners of a point: scenes and planners as cases of a folder, then rows, figures and sentences."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -9,18 +9,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
+from hrcjax.lab.case_store import FIGURES, Case, RunStore
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.progress import Progress
-from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
+from hrcjax.lab.provenance import LOADED_CODE, file_digest
 
 from . import sampling, timing
 from .cases import PLANNERS, Bench, names_of, stored_scenes
-from .measures import Rows, point_rows
+from .measures import BASELINES, MANY, UNSEEN, Rows, point_rows, unseen_rows
 from .paper import paper_rows
 from .scenes import PointScene, draw_scene, feasible_scenes
 
-AFTERWARDS = ("measures.py", "intervals.py", "figures.py", "page.py", "run.py")
+AFTERWARDS = ("measures.py", "intervals.py", "figures.py", "page.py", "words.py", "run.py")
 """Files that only read finished cases."""
 EXTRA = "pip install 'hrcjax[baselines]'"
 
@@ -29,7 +29,6 @@ class Measured(NamedTuple):
     """What a run found."""
 
     rows: Rows
-    folder: Path
     figures: list[str]
     """Name and content of each, as Markdown."""
 
@@ -82,32 +81,34 @@ def _scenes(store: RunStore, count: int, seed: int) -> tuple[dict[int, PointScen
 
 
 def measure_points(
-    count: int, seed: int, planners: tuple[str, ...], budget: float, out: Path | None, overwrite: bool, figures: bool, asked: Mapping[str, Any],
-) -> Measured:  # fmt: skip
-    """Runs or resumes the comparison.
+    store: RunStore, count: int, seed: int, unseen: int, names: Sequence[str], budget: float, figures: bool
+) -> Measured:
+    """Runs or resumes the comparison in the folder of a run.
 
     Args:
         count: number of scenes; seed: first seed.
+        unseen: number of scenes of other seeds, for shares alone.
+        names: planners, as of `chosen`.
         budget: time of each sampling planner for a scene [s].
-        asked: options, for the folder.
     """
-    names = chosen(planners)
-    mark = fingerprint(identity(budget))
-    folder = out or Path("runs") / f"plan_benchmark-{mark[:8]}"
-    about = {"program": "plan_benchmark", "config": dict(asked), **provenance()}
-    with locked_store(folder, mark, about, overwrite) as store:
-        print(f"-> {folder}", file=sys.stderr, flush=True)
-        scenes, rejected = _scenes(store, count, seed)
-        cases = _collect(store, scenes, names, Bench(budget))
-        rows = point_rows(cases, rejected)
-        rows |= {name: {"value": float(x), "unit": str(unit)} for name, (x, unit) in _paper(store).items()}
-        rows["point_budget"] = {"value": budget, "unit": "s"}
-        drawn: list[str] = []
-        if figures:
-            from .figures import draw  # here: drawing is slow to import, and not always wanted
+    bench = Bench(budget)
+    scenes, rejected = _scenes(store, count, seed)
+    cases = _collect(store, scenes, names, bench)
+    rows = point_rows(cases, rejected)
+    compared = [name for name in names if name in (*MANY, *BASELINES)]
+    if unseen and set(compared) & set(MANY) and set(compared) & set(BASELINES):
+        drawn, _ = _scenes(store, unseen, UNSEEN)
+        others = {s: scene for s, scene in drawn.items() if s not in scenes}
+        if others:
+            rows |= unseen_rows(_collect(store, others, compared, bench))
+    rows |= {name: {"value": float(x), "unit": str(unit)} for name, (x, unit) in _paper(store).items()}
+    rows["point_budget"] = {"value": budget, "unit": "s"}
+    made: list[str] = []
+    if figures:
+        from .figures import draw  # here: drawing is slow to import, and not always wanted
 
-            drawn = draw(folder / FIGURES, scenes, cases, rows)
-    return Measured(rows, folder, drawn)
+        made = draw(store.folder / FIGURES, scenes, cases, rows)
+    return Measured(rows, made)
 
 
 def _paper(store: RunStore) -> dict[str, tuple[float, str]]:
@@ -121,7 +122,7 @@ def _paper(store: RunStore) -> dict[str, tuple[float, str]]:
 
 
 def _collect(
-    store: RunStore, scenes: Mapping[int, PointScene], names: tuple[str, ...], bench: Bench
+    store: RunStore, scenes: Mapping[int, PointScene], names: Sequence[str], bench: Bench
 ) -> dict[str, list[Case]]:
     found: dict[str, list[Case]] = {name: [] for name in names}
     with Progress(len(scenes) * len(names), unit="case") as progress:

@@ -1,0 +1,85 @@
+"""The rows of the whole arm: problems, and speed in the Robotica paper's scene, each kept in the folder of the run."""
+
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hrcjax.lab.case_store import RunStore
+from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint
+from hrcjax.plan import arm_body
+
+from .about import about, read, stored
+from .checker import Checker
+from .problems import TIGHT, read_problems, thin_arm
+from .rows import Rows, problem_rows, row
+from .solve import solve_all
+from .speed import alone_ms, robotica_speed
+
+INFLATION = 0.005
+"""Of the arm's spheres in the problems [m]."""
+DECIDING = ("arm.py", "checker.py", "problems.py", "rows.py", "solve.py", "speed.py")
+"""Files that decide the rows, beside the library."""
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _problems(path: Path, count: int) -> Rows:
+    problems = read_problems(path, count)
+    arm = thin_arm()
+    checker = Checker(arm)
+    reference_free = checker.free(problems, range(len(problems)), problems.reference)
+    body = arm_body(arm, INFLATION, floor=0.0, tight=TIGHT)
+    return problem_rows(problems, reference_free, solve_all(body, checker, problems, _say))
+
+
+def _speed(settings: int) -> Rows:
+    _say(f"{settings} settings in the Robotica paper's scene")
+    speed = robotica_speed(settings)
+    return {
+        "settings_per_s": row(speed["settings_per_s"], "1/s"),
+        "compile_s": row(speed["compile_s"], "s"),
+        "robotica_kept": row(speed["kept"], "1"),
+        "ms_alone": row(alone_ms(), "ms"),
+    }
+
+
+def _kept(
+    store: RunStore, name: str, asked: Mapping[str, Any], make: Callable[[], Rows]
+) -> tuple[Rows, dict[str, Any]]:
+    """Rows as a case of the folder, measured if they are not there; and what they were measured on."""
+    here = Path(__file__).parent
+    mark = fingerprint({"code": LOADED_CODE, "program": {file: file_digest(here / file) for file in DECIDING}, **asked})
+
+    def case() -> dict[str, Any]:
+        before = about()
+        rows = make()
+        return {
+            "name": np.array(list(rows)), "value": np.array([float(entry["value"]) for entry in rows.values()]),
+            "unit": np.array([entry["unit"] for entry in rows.values()]), **stored(before),
+        }  # fmt: skip
+
+    found, computed = store.take(f"arm/{name}-{mark[:12]}", case)
+    if not computed:
+        _say(f"rows of the arm's {name} are taken from {store.folder}")
+    rows = {str(n): row(x, str(u)) for n, x, u in zip(found["name"], found["value"], found["unit"], strict=True)}
+    return rows, read(found)
+
+
+def arm_rows(store: RunStore, path: Path, count: int, settings: int) -> tuple[Rows, dict[str, Any]]:
+    """Rows of the whole arm, and what they were measured on; without the file of problems those are left out."""
+    rows: Rows = {}
+    origin: dict[str, Any] = {}
+    if path.exists():
+        asked = {"problems": file_digest(path), "count": count}
+        rows, origin = _kept(store, "problems", asked, lambda: _problems(path, count))
+    else:
+        _say(f"no problems at {path}: their rows are left out; --problems FILE names another place")
+    if settings:
+        more, measured = _kept(store, "speed", {"settings": settings}, lambda: _speed(settings))
+        rows, origin = {**rows, **more}, origin or measured
+    return rows, origin
