@@ -1,8 +1,9 @@
 """Episodes in all variants side by side, sensed through images, and their measures."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -14,10 +15,10 @@ from hrcjax.numerics import unrolled_options
 from hrcjax.sense.rig import cell_rig
 from hrcjax.sim import Cell, Params, World, episode, make_world, outcome
 from hrcjax.sim.outcome import MOVING, counted
-from hrcjax.sim.parts import all_finite
 from hrcjax.typing import Array
-from hrcjax.world import MOTIONS, person_at, scene_named
+from hrcjax.world import MOTIONS, Person, person_at, scene_named
 
+from .config import MODES
 from .exposure import exposed, window_of
 from .variants import VARIANTS, batch_axes, variant_part, with_variants
 
@@ -32,6 +33,7 @@ class Bench:
 
     cell: Cell
     params: Params
+    _last: dict[tuple[str, str, int], World] = field(default_factory=dict, compare=False)
 
     @cached_property
     def measured_cell(self) -> Cell:
@@ -44,8 +46,11 @@ class Bench:
         return with_variants(self.params, VARIANTS)
 
     @cached_property
-    def _program(self) -> Any:
-        cell, window = self.measured_cell, window_of(self.params.safety.ssm, self.cell.dt)
+    def _programs(self) -> Mapping[str, Any]:
+        return {mode: self._program(mode) for mode in MODES}
+
+    def _program(self, mode: Literal["both", "path"]) -> Any:
+        cell, window = replace(self.measured_cell, motion=mode), window_of(self.params.safety.ssm, self.cell.dt)
 
         def one(params: Params, world: World, fields: Any) -> dict[str, Array]:
             run = episode(params, cell, world, fields)
@@ -64,11 +69,7 @@ class Bench:
                 "zone": record.zone,
                 "speed_limit": record.speed_limit,
                 "tool": record.tool,
-                "q": record.q,
                 "travelled": record.travelled,
-                "reference": record.reference,
-                "finite": all_finite(record.q, record.qd),
-                "qdd_share": jnp.max(jnp.abs(record.qdd) / jnp.asarray(cell.arm.qdd_max, record.qdd.dtype), axis=1),
                 **{name: getattr(seen, name) for name in ("separation", "approach", "excess", "excess_now", "short")},
             }
 
@@ -78,34 +79,40 @@ class Bench:
 
         return jax.jit(run, compiler_options=unrolled_options())
 
-    def play(self, world: World) -> dict[str, np.ndarray]:
+    def play(self, world: World, mode: str) -> dict[str, np.ndarray]:
         """The measures of all variants in a world."""
-        return {name: np.asarray(value) for name, value in self._program(self.settings, world).items()}
+        return {name: np.asarray(value) for name, value in self._programs[mode](self.settings, world).items()}
 
     def world(self, scene_name: str, name: str, seed: int) -> World:
-        """A scene with the people of a name, sensed in every image."""
-        scene = scene_named(scene_name, seed)
-        person = make_people(name, scene, seed, self.cell.ticks * self.cell.dt, self.cell.people)
-        return make_world(self.cell, scene, person, cell_rig(scene), jax.random.key(seed))
+        """A scene with the people of a name, sensed in every image; the last one is kept."""
+        key = (scene_name, name, seed)
+        if key not in self._last:
+            scene = scene_named(scene_name, seed)
+            person = make_people(name, scene, seed, self.cell.ticks * self.cell.dt, self.cell.people)
+            self._last.clear()
+            self._last[key] = make_world(self.cell, scene, person, cell_rig(scene), jax.random.key(seed))
+        return self._last[key]
 
-    def case(self, scene: str, name: str, seed: int) -> dict[str, Any]:
+    def case(self, mode: str, scene: str, name: str, seed: int) -> dict[str, Any]:
         """What is stored of a scene with its people."""
         world = self.world(scene, name, seed)
-        found = self.play(world)
         times = jnp.asarray(self.cell.times, jnp.float32)
-        capsules = jax.jit(jax.vmap(lambda t: person_at(world.person, t)))(times)
-        q, travelled = found.pop("q"), found.pop("travelled")
-        del q, travelled
-        hands = [k for k, region in enumerate(world.person.regions) if region == "hand"]
+        hand = world.person.regions.index("hand")
         return {
-            **found,
+            **self.play(world, mode),
             "scene": scene,
-            "person": name,
+            "person": name.split("/")[-1],
             "seed": seed,
             "clean": is_clean(name, self.cell.ticks * self.cell.dt),
-            "hand": np.asarray(capsules.b[:, hands[0]]),
+            "hand": np.asarray(_hand(world.person, times, hand)),
             "goal": np.asarray(world.scene.goal),
         }
+
+
+@partial(jax.jit, static_argnums=2)
+def _hand(person: Person, times: Array, capsule: int) -> Array:
+    """The end of a capsule at all times [m]."""
+    return jax.vmap(lambda t: person_at(person, t).b[capsule])(times)
 
 
 def is_clean(name: str, duration: float) -> bool:

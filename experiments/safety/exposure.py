@@ -48,9 +48,7 @@ def spheres(arm: Arm) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
     return tuple(links), np.concatenate(offsets), np.asarray(radii)
 
 
-def towards(
-    arm: Arm, q: Joints, qd: Joints, person: Capsules
-) -> tuple[Float[Array, "sphere"], Float[Array, "sphere"]]:
+def towards(arm: Arm, q: Joints, qd: Joints, person: Capsules) -> tuple[Float[Array, "sphere"], Float[Array, "sphere"]]:
     """Distance of every sphere to the person [m], and its speed towards the person, who is held [m/s]; FAR and 0: nobody."""
     links, offsets, radii = spheres(arm)
     moved = point_motion(arm.chain, q, qd, links, offsets)

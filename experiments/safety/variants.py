@@ -111,6 +111,4 @@ def with_variants(params: Params, variants: tuple[str, ...], dtype: jnp.dtype | 
 def batch_axes(params: Params) -> Params:
     """`in_axes` of a vmap over variants."""
     none = jax.tree.map(lambda _: None, params)
-    return eqx.tree_at(
-        lambda p: p.safety, none, jax.tree.map(lambda _: 0, params.safety), is_leaf=lambda x: x is None
-    )
+    return eqx.tree_at(lambda p: p.safety, none, jax.tree.map(lambda _: 0, params.safety), is_leaf=lambda x: x is None)
