@@ -85,18 +85,19 @@ def exposed(
     distance, speed = jax.lax.map(lambda at: towards(arm, *at), (q, qd, person), batch_size=64)
     largest = jax.lax.reduce_window(distance, -jnp.inf, jax.lax.max, (window + 1, 1), (1, 1), ((window, 0), (0, 0)))
 
-    def allowed(d: Array) -> Array:
-        return allowed_speed(ssm, d, assumed_human_speed(ssm, d))
+    def one(speed: Array, d: Array, before: Array) -> tuple[Array, Array, Array]:
+        comes = assumed_human_speed(ssm, before)
+        rest = d - comes * stopping_time(ssm, speed) - stopping_distance(ssm, speed)
+        short = jnp.where(speed > TOWARDS, ssm.intrusion - rest, -FAR)
+        now = allowed_speed(ssm, d, assumed_human_speed(ssm, d))
+        return speed - allowed_speed(ssm, before, comes), speed - now, short
 
-    each = jax.vmap(jax.vmap(allowed))
-    comes = assumed_human_speed(ssm, largest)
-    rest = distance - comes * stopping_time(ssm, speed) - stopping_distance(ssm, speed)
-    short = jnp.where(speed > TOWARDS, ssm.intrusion - rest, -FAR)
+    excess, excess_now, short = jax.vmap(jax.vmap(one))(speed, distance, largest)
     return Exposure(
         separation=jnp.min(distance, axis=1),
         approach=jnp.max(jnp.where(distance < 2.0, speed, 0.0), axis=1),
-        excess=jnp.max(speed - each(largest), axis=1),
-        excess_now=jnp.max(speed - each(distance), axis=1),
+        excess=jnp.max(excess, axis=1),
+        excess_now=jnp.max(excess_now, axis=1),
         short=jnp.max(short, axis=1),
     )
 

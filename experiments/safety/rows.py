@@ -1,5 +1,6 @@
 """The rows, from the stored cases: value, unit, definition and bar of each."""
 
+import itertools
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -245,7 +246,7 @@ def _changes(cases: Sequence[Case], dt: float, begin: str) -> Rows:
         at = np.flatnonzero(np.diff(zone))
         stops += int(((zone[1:] == 3) & (zone[:-1] != 3)).sum()) + int(zone[0] == 3)
         changes += len(at)
-        for first, second in zip(at[:-1], at[1:], strict=True):
+        for first, second in itertools.pairwise(at):
             chatter += int((second - first) * dt < BACK and zone[second + 1] == zone[first])
         minutes += len(zone) * dt / 60
     rows = {f"{begin}stops": row(stops / len(cases), "an episode"), f"{begin}chatter": row(chatter / minutes, "1/min")}

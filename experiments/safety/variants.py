@@ -7,14 +7,22 @@ import numpy as np
 
 from hrcjax.geom.segment import FAR
 from hrcjax.robot import Arm
-from hrcjax.safety import SafetyDecision, SafetyParams, SsmParams, ZoneState, effective_mass, initial_zone, pfl_speeds
+from hrcjax.safety import (
+    SafetyDecision,
+    SafetyParams,
+    SsmParams,
+    ZoneState,
+    allowed_speed,
+    assumed_human_speed,
+    effective_mass,
+    initial_zone,
+    pfl_speeds,
+)
 from hrcjax.sim import Params, SafetyPart, Separation, separation_monitor
 from hrcjax.typing import Array, Float
 
 UNBOUNDED = 100.0
 """Speed that counts as no limit: finite, as the tick asks for [m/s]."""
-NEARLY = 1e-3
-"""Hysteresis and wait in place of none [m], [s]."""
 EXPLAINED = {
     "zones": "the cell's monitor: speed and separation, zones, whole arm",
     "off": "no safety layer: for comparison only",
@@ -39,11 +47,21 @@ class Switches(eqx.Module):
     """0: only points of the last link count [1]."""
     force: Float[Array, ""] | float = 0.0
     """1: power and force limiting alone [1]."""
+    bare: Float[Array, ""] | float = 0.0
+    """1: stop before contact alone, v(d) of S_p without C, Z_d and Z_r [1]."""
 
 
 def contact_speed(safety: SafetyParams) -> Float[Array, ""]:
     """Contact speed of the most sensitive body region [m/s]."""
     return jnp.min(pfl_speeds(1.0 / effective_mass(safety.pfl)))
+
+
+def before_contact(safety: SafetyParams, seen: Separation) -> Float[Array, "row"]:
+    """Speed from which every point can stop before the person reaches it [m/s]; data older than the reaction time count as nearer."""
+    ssm = eqx.tree_at(lambda s: (s.intrusion, s.Z_d, s.Z_r), safety.ssm, (0.0, 0.0, 0.0))
+    older = jnp.clip(seen.age + seen.dt - ssm.reaction_time, 0.0, safety.max_age)
+    d = seen.distance - ssm.v_h_near * older
+    return jax.vmap(lambda one: allowed_speed(ssm, one, assumed_human_speed(ssm, one)))(d)
 
 
 def variant_part(arm: Arm) -> SafetyPart:
@@ -62,10 +80,11 @@ def variant_part(arm: Arm) -> SafetyPart:
         nominal = jnp.asarray(params.safety.zone.nominal_speed, seen.distance.dtype)
         contact = jnp.minimum(contact_speed(params.safety).astype(nominal.dtype), nominal)
         limit, most = found.point_limit, nominal if found.any_limit is None else found.any_limit
-        force, free = params.force > 0.5, params.watched < 0.5
+        force, free, bare = params.force > 0.5, params.watched < 0.5, params.bare > 0.5
         limit = jnp.where(force & ~found.hold, contact, limit)
+        limit = jnp.where(bare & ~found.hold, jnp.minimum(before_contact(params.safety, told), nominal), limit)
         limit = jnp.where(free, UNBOUNDED, limit)
-        most = jnp.where(free, UNBOUNDED, jnp.where(force & ~found.hold, nominal, most))
+        most = jnp.where(free, UNBOUNDED, jnp.where((force | bare) & ~found.hold, nominal, most))
         return memory, eqx.tree_at(
             lambda d: (d.point_limit, d.speed_limit, d.any_limit, d.hold),
             eqx.tree_at(lambda d: d.any_limit, found, most, is_leaf=lambda x: x is None),
@@ -81,16 +100,7 @@ def switches(safety: SafetyParams, variant: str) -> Switches:
     Raises:
         KeyError: no such variant.
     """
-    plain = Switches(safety, safety.ssm)
-    if variant == "contact_stop":
-        bare = eqx.tree_at(lambda s: (s.intrusion, s.Z_d, s.Z_r), safety.ssm, (0.0, 0.0, 0.0))
-        zone = eqx.tree_at(
-            lambda z: (z.red_speed, z.hysteresis, z.relax_time, z.retreat_speed),
-            safety.zone,
-            (safety.zone.nominal_speed, NEARLY, NEARLY, 0.0),
-        )
-        return eqx.tree_at(lambda s: (s.safety.ssm, s.safety.zone), plain, (bare, zone))
-    changed = {"zones": {}, "off": {"watched": 0.0}, "tool": {"whole": 0.0}, "pfl": {"force": 1.0}}[variant]
+    changed = {"zones": {}, "off": {"watched": 0.0}, "tool": {"whole": 0.0}, "contact_stop": {"bare": 1.0}, "pfl": {"force": 1.0}}[variant]  # fmt: skip
     return Switches(safety, safety.ssm, **changed)
 
 
