@@ -46,7 +46,9 @@ COORDINATES = (("x", BEST), ("y", WORST), ("z", PLAN))
 def _shade(axes: Axes, t: NDArray, zone: NDArray) -> None:
     edges = np.flatnonzero(np.diff(zone, prepend=-1, append=-1))
     for first, last in zip(edges[:-1], edges[1:], strict=True):  # noqa: RUF007  # pairs of edges
-        axes.axvspan(float(t[first]), float(t[min(last, len(t) - 1)]), color=ZONE_COLOURS[int(zone[first])], alpha=0.22, lw=0)
+        axes.axvspan(
+            float(t[first]), float(t[min(last, len(t) - 1)]), color=ZONE_COLOURS[int(zone[first])], alpha=0.22, lw=0
+        )
 
 
 def zones_figure(case: Case, dt: float, safety: SafetyParams) -> Figure:
@@ -92,12 +94,12 @@ def zones_figure(case: Case, dt: float, safety: SafetyParams) -> Figure:
         grid[:, 0], ("tool [m]", "speed of the tool [m/s]", "distance to the person [m]", "left hand [m]"), strict=True
     ):
         axes.set_ylabel(text)
-    grid[0, 0].legend(fontsize=8, loc="upper right")
-    grid[1, 1].legend(fontsize=8, loc="upper right")
+    grid[0, 0].legend(fontsize=8, loc="center right")
+    grid[1, 1].legend(fontsize=8, loc="center right")
     patches = [
         Patch(color=colour, alpha=0.4, label=name) for colour, name in zip(ZONE_COLOURS, ZONE_NAMES, strict=True)
     ]
-    grid[0, 1].legend(handles=patches, ncols=4, fontsize=8, loc="upper right")
+    grid[3, 1].legend(handles=patches, ncols=4, fontsize=8, loc="upper right", bbox_to_anchor=(1.0, 0.9))
     heading(figure, f"Beside a person: {case['person']} in {case['scene']}")
     return figure
 

@@ -24,7 +24,7 @@ that quotes them.
   reaction time covers, the point asks for the most and brakes at a = {brake:g} m/s^2. The test is `tests/safety/test_always_a_stop.py`. The whole arm
   is the business of the episodes.
 * **Episodes.** {people} in {scenes}; sensed through noisy images of two cameras, once for all variants. Spheres along the axes
-  of the arm's capsules, at most 3 cm apart, tell distance and speed towards the exact person at every tick of 8 ms, until 1 s after the
+  of the arm's capsules from the upper arm outwards, at most 3 cm apart, tell distance and speed towards the exact person at every tick of 8 ms, until 1 s after the
   arrival. Allowed is v(d) by the largest distance of the point within the reaction time: what happened later it cannot know. The variants:
 {variants}
 * **Scores.** The paper's score of a run is relative to itself (`hrcjax/metrics/score.py`), and one that never arrives may score higher; the

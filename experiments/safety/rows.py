@@ -29,6 +29,7 @@ BARS: dict[str, tuple[str, float]] = {
     "stop_margin_min": (">=", 0.0),
     "violations": ("<=", 0.0),
     "relative_score": (">=", 95.0),
+    "relative_score_alone": (">=", 95.0),
     "path_deviation": ("<", 1e-9),
     "resume_acceleration": ("<=", 1.001),
     "resume_jerk": ("<=", 1.001),
