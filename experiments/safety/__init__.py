@@ -1,1 +1,1 @@
-"""Safety measured: whether the arm can always stop, violations beside people, what safety costs."""
+"""Measures safety beside people and what it costs: ways to stop, violations, zones, the path, episodes by chance."""

@@ -21,6 +21,8 @@ FAULT_CHANCE, FAULT_LENGTH, FAULTS = 0.5, (0.05, 1.0), 2
 skewed images are refused, as `experiments.sensing` shows: here all are images that do not come."""
 LATE_CHANCE, LATE = 0.02, 0.2
 """Chance that an image is late, and by how much [s]."""
+LEAD = 6
+"""Images before the episode."""
 SEEDS = 8
 """Seeds of a generated motion among which chance chooses."""
 TURN, SHIFT, PACE, WAIT = 0.35, 0.12, (0.75, 1.25), (-1.5, 1.5)
@@ -86,17 +88,15 @@ class Drawer:
         self.scene, self.people = scene, people
         self.t = dt * np.arange(ticks)
         self.poses = int(np.ceil(ticks * dt * RATE)) + 1
-        self.lead = 6
-        """Images before the episode."""
+        self._made: dict[tuple[str, int], tuple[NDArray, NDArray, NDArray]] = {}
 
     def __call__(self, seed: int) -> Draw:
         """The episode of a seed."""
         draw = np.random.default_rng([seed, 7])
         name = str(draw.choice(self.people))
-        duration = max(self.t[-1] + 3.0, 8.0)
-        a, b, radius = _cached(name, self.scene, int(draw.integers(SEEDS)), duration)
+        a, b, radius = self._poses(name, int(draw.integers(SEEDS)))
         turn, shift = draw.uniform(-TURN, TURN), draw.uniform(-SHIFT, SHIFT, 3) * [1, 1, 0]
-        exposed = (np.arange(self.poses + self.lead) - self.lead) / RATE
+        exposed = (np.arange(self.poses + LEAD) - LEAD) / RATE
         times = exposed * draw.uniform(*PACE) + draw.uniform(*WAIT)
         a, b = (moved(played_at(ends, times), turn, shift) for ends in (a, b))
         due = exposed + draw.uniform(*LATENCY)
@@ -110,15 +110,10 @@ class Drawer:
         noise = draw.normal(0, NOISE, (len(due), 3))
         return Draw(name, a, b, radius, image, age, guarded, noise, float(step * RATE))
 
-
-_MADE: dict[tuple, tuple[NDArray, NDArray, NDArray]] = {}
-
-
-def _cached(name: str, scene: Scene, seed: int, duration: float) -> tuple[NDArray, NDArray, NDArray]:
-    """The poses of a person, made once for a scene."""
-    key = (name, id(scene), seed, duration)
-    if key not in _MADE:
-        made: Person = make_person(name, scene, seed, duration)
-        radius = np.where(np.asarray(made.present).any(), np.asarray(made.radius, float), -1.0)
-        _MADE[key] = (np.asarray(made.a, float), np.asarray(made.b, float), radius)
-    return _MADE[key]
+    def _poses(self, name: str, seed: int) -> tuple[NDArray, NDArray, NDArray]:
+        """The poses of a person, made once: both ends of the capsules [m], and their radii [m]."""
+        if (name, seed) not in self._made:
+            made: Person = make_person(name, self.scene, seed, max(self.t[-1] + 3.0, 8.0))
+            radius = np.where(np.asarray(made.present).any(), np.asarray(made.radius, float), -1.0)
+            self._made[name, seed] = (np.asarray(made.a, float), np.asarray(made.b, float), radius)
+        return self._made[name, seed]

@@ -6,7 +6,7 @@ exact capsules of the image in use, moved by noise, less what it vouches for. Co
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -26,7 +26,7 @@ from hrcjax.sim.tick import Record, initial_state
 from hrcjax.typing import Array
 from hrcjax.world import Scene, first_obstacles, scene_named
 
-from .draws import RATE, Draw, Drawer
+from .draws import LEAD, RATE, Draw, Drawer
 from .exact_field import EXACT_FIELD, Margin, Shapes, standing
 from .exposure import SHORT, TOWARDS, Exposure, exposed, window_of
 
@@ -78,9 +78,9 @@ def follow_told(params: Params, cell: Cell, route: Route, static: Any, q_start: 
     return jax.lax.scan(step, initial_state(cell, q_start), (now, one.age, one.guarded))[1]
 
 
-def true_people(one: Told, lead: int, times: Array) -> Capsules:
+def true_people(one: Told, times: Array) -> Capsules:
     """The people at every tick, on straight lines between the images' poses."""
-    place = jnp.clip(times * RATE + lead, 0, one.a.shape[0] - 1)
+    place = jnp.clip(times * RATE + LEAD, 0, one.a.shape[0] - 1)
     low = jnp.clip(jnp.floor(place).astype(jnp.int32), 0, one.a.shape[0] - 2)
     part = (place - low.astype(place.dtype))[:, None, None]
     a, b = (x[low] + part * (x[low + 1] - x[low]) for x in (one.a, one.b))
@@ -96,6 +96,7 @@ class Chance:
     people: tuple[str, ...]
     length: float = EPISODE
     """Of an episode [s]."""
+    _kept: dict[tuple[str, int], "Ready"] = field(default_factory=dict, compare=False)
 
     @cached_property
     def short_cell(self) -> Cell:
@@ -112,14 +113,14 @@ class Chance:
 
     @cached_property
     def _play(self) -> Any:
-        cell, lead = self.short_cell, 6
+        cell = self.short_cell
         window = window_of(self.params.safety.ssm, cell.dt)
 
         def one(
             params: Params, route: Route, static: Any, q_start: Array, goal: Array, given: Told
         ) -> dict[str, Array]:
             record = follow_told(params, cell, route, static, q_start, given)
-            people = true_people(given, lead, jnp.asarray(cell.times, q_start.dtype))
+            people = true_people(given, jnp.asarray(cell.times, q_start.dtype))
             seen: Exposure = exposed(cell.arm, params.safety.ssm, window, record.q, record.qd, people)
             moving = jnp.max(jnp.abs(record.qd), axis=1) > MOVING
             return {
@@ -153,18 +154,18 @@ class Chance:
             with_field = eqx.tree_at(lambda p: p.safety.zone.retreat_speed, with_field, 0.0)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), with_field)
 
-    def drawer(self, scene_name: str, scene_seed: int) -> "Ready":
+    def ready(self, scene_name: str, scene_seed: int) -> "Ready":
         """A scene made ready, kept."""
-        if (scene_name, scene_seed) not in _READY:
+        if (scene_name, scene_seed) not in self._kept:
             scene, q_start = self.scene(scene_name, scene_seed)
             route, static = self._ready(self.params_of(), scene, q_start)
             drawer = Drawer(scene, self.people, self.short_cell.ticks, self.short_cell.dt)
-            _READY[scene_name, scene_seed] = Ready(scene, q_start, route, static, drawer)
-        return _READY[scene_name, scene_seed]
+            self._kept[scene_name, scene_seed] = Ready(scene, q_start, route, static, drawer)
+        return self._kept[scene_name, scene_seed]
 
     def case(self, scene_name: str, scene_seed: int, first: int, count: int, retreat: bool = True) -> Mapping[str, Any]:
         """What is stored of `count` episodes in a scene, of the seeds from `first` on."""
-        ready = self.drawer(scene_name, scene_seed)
+        ready = self.ready(scene_name, scene_seed)
         scene, q_start, route, static, drawer = ready
         params = self.params_of(retreat=retreat)
         begun = time.perf_counter()
@@ -189,9 +190,6 @@ class Ready(NamedTuple):
     route: Route
     static: Any
     drawer: Drawer
-
-
-_READY: dict[tuple[str, int], Ready] = {}
 
 
 def violated(case: Mapping[str, Any]) -> Any:

@@ -41,7 +41,17 @@ from .rows import Rows, all_rows, holds
 
 NO_RESULT = ("params", "out", "json", "page", "figures", "overwrite", "config", "quick", "parts", "episodes", "states", "seeds", "scenes", "people", "recordings")  # fmt: skip
 """Options that do not change any single case, or whose effect is in its name."""
-AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "limits.py", "lost_time.py", "__main__.py")
+AFTERWARDS = (
+    "rows.py",
+    "page.py",
+    "figures.py",
+    "config.py",
+    "run.py",
+    "limits.py",
+    "lost_time.py",
+    "__main__.py",
+    "__init__.py",
+)
 """Files that only read finished cases."""
 PART, STILL, SCALED = 256, 4, 6
 """Episodes by chance in a case; every so many cases one is played without retreat too; episodes of the part path."""
