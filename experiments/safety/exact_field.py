@@ -14,8 +14,8 @@ from hrcjax.world.scene import scene_distance
 
 SURFACES = 3
 """Surfaces of people that are read at a point, in up to so many directions."""
-APART = 0.5
-"""Cosine of the least angle between two of these directions [1]."""
+APART, CLOSE = 0.5, 0.95
+"""Cosine of the least angle between two of these directions, as in the cell, 60 degrees; and of 18 degrees [1]."""
 
 
 class Margin(eqx.Module):
@@ -23,6 +23,8 @@ class Margin(eqx.Module):
 
     noise: float = 0.03
     """Taken off the distance to people: the error of their position that the field vouches for [m]."""
+    apart: float = APART
+    """Cosine of the least angle between two directions in which people are read [1]."""
 
 
 class Shapes(eqx.Module):
@@ -59,7 +61,7 @@ def read(params: Margin, fields: Fields, x: Vector3) -> Reading:
         some = left[k] < FAR
         distances.append(left[k])
         found.append(jnp.where(some, directions[k], 0.0))
-        left = jnp.where(jnp.sum(directions * directions[k], -1) > APART, FAR, left)
+        left = jnp.where(jnp.sum(directions * directions[k], -1) > params.apart, FAR, left)
     near = distances[0] < stands
     return Reading(
         jnp.where(near, distances[0], stands), jnp.where(near, found[0], off), jnp.stack(distances), jnp.stack(found),

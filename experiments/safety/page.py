@@ -37,6 +37,24 @@ that quotes them.
   without measurement in a good image (`PERSON_LOST`) are not among the failures.
 """
 
+READING = """
+## Reading the rows
+
+* **Violations by chance** are slow and near: the arm, stopped or in red, turns away from one part of the body and towards another one
+  whose direction is less than 60 degrees from the first. Such parts are not read (`hrcjax/field/near.py`), so no limit holds for them. The rows
+  `close_...` read directions 18 degrees apart: what remains then is due to directions that are as old as the image. Without the retreat
+  (`no_retreat_...`) it is not better: other points move in a stop too. Episodes sensed through images, whose distances are lower bounds by
+  some 10 cm, have no violation because of that spare distance.
+* **`chance_violations_stop`** counts the same motions beside a person who is nearer than C already; nobody can stop before what has come.
+  Contacts are people who walk into the arm, unless a speed of 5 mm/s towards them says otherwise.
+* **Scores.** The paper's score has no term for a run that does not arrive, and rewards distance: with zones it may be above 100 %. Against its own
+  reference, without zones and without a person, it is below. The sound score counts arrivals.
+* **A person who speeds up** within half a metre, from 1.6 to 2 m/s, is not counted on by ISO 13855: `stop_margin_min_harsh` says how far C is
+  missed; C, {C:g} m, is what keeps such a person from contact.
+* **Stop before contact** and **power and force limiting** are measured by the cell's own speed and separation, which they do not promise to keep:
+  their violations say how far they differ, not that they fail.
+"""
+
 
 def command(config: SafetyConfig) -> str:
     """The command line that the page names."""
@@ -91,6 +109,8 @@ def page(rows: Rows, config: SafetyConfig, people: Sequence[str], figures: Seque
         text += (
             f"| {name} | {entry['value']:.4g} | {entry['unit']} | {bar(name) or '-'} | {mark} | {definition(name)} |\n"
         )
+    if rows:
+        text += READING.format(C=float(safety.ssm.intrusion))
     text += regions(safety) + "\n"
     if figures:
         text += "\n## Figures of a run\n\n" + "\n".join(f"* {line}" for line in figures) + "\n"

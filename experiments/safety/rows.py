@@ -102,6 +102,9 @@ DEFINITIONS: dict[str, str] = {
     "no_retreat_episodes": "episodes by chance without the retreat of a stop (zone.retreat_speed 0)",
     "no_retreat_violations": "of them, those with a violation",
     "no_retreat_excess_max": "their largest excess of speed",
+    "close_episodes": "episodes by chance in which people are read in directions 18 degrees apart, instead of 60 as in the cell",
+    "close_violations": "of them, those with a violation",
+    "close_excess_max": "their largest excess of speed",
 }
 
 
@@ -274,7 +277,7 @@ def joined(cases: Sequence[Case], name: str) -> NDArray:
     return np.concatenate([np.atleast_1d(case[name]) for case in cases])
 
 
-def chance_rows(cases: Sequence[Case], still: Sequence[Case]) -> Rows:
+def chance_rows(cases: Sequence[Case], still: Sequence[Case], close: Sequence[Case]) -> Rows:
     """Episodes by chance."""
     excess, short = joined(cases, "excess"), joined(cases, "short")
     fast, late = excess > TOWARDS, short > SHORT
@@ -297,13 +300,15 @@ def chance_rows(cases: Sequence[Case], still: Sequence[Case]) -> Rows:
         "chance_per_s": row(count / seconds, "1/s"),
         "chance_hours_20000": row(20000 * seconds / count / 3600, "h"),
     }
-    if still:
-        fast = (joined(still, "excess") > TOWARDS) | (joined(still, "short") > SHORT)
-        rows |= {
-            "no_retreat_episodes": row(len(fast), "episodes"),
-            "no_retreat_violations": row(fast.sum(), "episodes"),
-            "no_retreat_excess_max": row(joined(still, "excess").max(), "m/s"),
-        }
+    for name, part in (("no_retreat", still), ("close", close)):
+        if part:
+            over = joined(part, "excess")
+            broken_ones = (over > TOWARDS) | (joined(part, "short") > SHORT)
+            rows |= {
+                f"{name}_episodes": row(len(over), "episodes"),
+                f"{name}_violations": row(broken_ones.sum(), "episodes"),
+                f"{name}_excess_max": row(over.max(), "m/s"),
+            }
     return rows
 
 
@@ -318,5 +323,5 @@ def all_rows(cases: Cases, dt: float, acceleration: float, jerk: float) -> Rows:
     if of(cases, "path"):
         rows |= path_rows(of(cases, "path"), acceleration, jerk)
     if of(cases, "chance"):
-        rows |= chance_rows(of(cases, "chance"), of(cases, "still"))
+        rows |= chance_rows(of(cases, "chance"), of(cases, "still"), of(cases, "close"))
     return rows

@@ -35,6 +35,7 @@ from .always_stop import margins
 from .bench import Bench, is_clean
 from .config import MODES, PARTS, SafetyConfig
 from .deviation import deviation_case
+from .exact_field import CLOSE
 from .monte_carlo import Chance
 from .page import page
 from .rows import Rows, all_rows, holds
@@ -54,7 +55,7 @@ AFTERWARDS = (
 )
 """Files that only read finished cases."""
 PART, STILL, SCALED = 256, 4, 6
-"""Episodes by chance in a case; every so many cases one is played without retreat too; episodes of the part path."""
+"""Episodes by chance in a case; of so many cases those of the first round through the scenes are played in variations too; episodes of the part path."""
 
 
 def people(config: SafetyConfig) -> tuple[str, ...]:
@@ -162,6 +163,7 @@ def wanted(config: SafetyConfig, named: NamedCell) -> dict[str, tuple[str, Make]
             cases[f"chance/{end}"] = f"chance/{end}", partial(chance.case, scene, 0, first, count)
             if number % STILL < len(config.scenes) and number < 2 * STILL:
                 cases[f"still/{end}"] = f"still/{end}", partial(chance.case, scene, 0, first, count, False)
+                cases[f"close/{end}"] = f"close/{end}", partial(chance.case, scene, 0, first, count, True, CLOSE)
     return cases
 
 
