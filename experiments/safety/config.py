@@ -59,6 +59,8 @@ class SafetyConfig:
     """Episodes by chance."""
     quick: bool = False
     """One scene, two people, one seed, at most 2,000 states and 128 episodes by chance; without the part path."""
+    finished: bool = False
+    """Compute nothing: rows, page and figures of the parts that an interrupted run has finished."""
     out: Path | None = None
     """Folder of the run; runs/safety-FINGERPRINT if not given, so that the same command resumes."""
     json: Path | None = None

@@ -46,7 +46,7 @@ READING = """
   (`no_retreat_...`) it is not better: other points move in a stop too. Episodes sensed through images, whose distances are lower bounds by
   some 10 cm, have no violation because of that spare distance.
 * **`chance_violations_stop`** counts the same motions beside a person who is nearer than C already; nobody can stop before what has come.
-  Contacts are people who walk into the arm, unless a speed of 5 mm/s towards them says otherwise.
+  Contacts are people who walk into the arm, but for `chance_contacts_approaching`.
 * **Scores.** The paper's score has no term for a run that does not arrive, and rewards distance: with zones it may be above 100 %. Against its own
   reference, without zones and without a person, it is below. The sound score counts arrivals.
 * **A person who speeds up** within half a metre, from 1.6 to 2 m/s, is not counted on by ISO 13855: `stop_margin_min_harsh` says how far C is
@@ -95,13 +95,26 @@ are not used. The speed is that of a transient contact with the effective mass o
 """ + "\n".join(lines)
 
 
-def page(rows: Rows, config: SafetyConfig, people: Sequence[str], figures: Sequence[str], safety: SafetyParams) -> str:
-    """The whole page."""
+def page(
+    rows: Rows,
+    config: SafetyConfig,
+    people: Sequence[str],
+    figures: Sequence[str],
+    safety: SafetyParams,
+    counted: tuple[int, int] = (0, 0),
+) -> str:
+    """The whole page.
+
+    Args:
+        counted: cases that are finished, of those asked for.
+    """
     names = ", ".join(name.split("/")[-1] for name in people)
     text = INTRODUCTION.format(
         command=command(config), brake=float(safety.ssm.brake), people=names, scenes=" and ".join(config.scenes),
         variants="\n".join(f"  `{name}`: {words};" for name, words in EXPLAINED.items())[:-1] + ".", episodes=f"{config.episodes:,}",
     )  # fmt: skip
+    if counted[0] < counted[1]:
+        text += f"\n**Of a run that was interrupted: {counted[0]} of {counted[1]} parts are finished and counted.**\n"
     text += "\n## Rows\n\n| row | measured | unit | bar | holds | what is measured |\n|---|---|---|---|---|---|\n"
     for name, entry in rows.items():
         kept = holds(name, entry["value"])

@@ -40,7 +40,7 @@ from .monte_carlo import Chance
 from .page import page
 from .rows import Rows, all_rows, holds
 
-NO_RESULT = ("params", "out", "json", "page", "figures", "overwrite", "config", "quick", "parts", "episodes", "states", "seeds", "scenes", "people", "recordings")  # fmt: skip
+NO_RESULT = ("finished", "params", "out", "json", "page", "figures", "overwrite", "config", "quick", "parts", "episodes", "states", "seeds", "scenes", "people", "recordings")  # fmt: skip
 """Options that do not change any single case, or whose effect is in its name."""
 AFTERWARDS = (
     "rows.py",
@@ -167,8 +167,11 @@ def wanted(config: SafetyConfig, named: NamedCell) -> dict[str, tuple[str, Make]
     return cases
 
 
-def collect(store: RunStore, cases: Mapping[str, tuple[str, Make]]) -> dict[str, Case]:
-    """All cases, computed as far as they are not there."""
+def collect(store: RunStore, cases: Mapping[str, tuple[str, Make]], finished: bool = False) -> dict[str, Case]:
+    """All cases, computed as far as they are not there; or those that are there."""
+    if finished:
+        there = {name: store.get(file) for name, (file, _) in cases.items()}
+        return {name: case for name, case in there.items() if case is not None}
     found: dict[str, Case] = {}
     with Progress(len(cases), unit="case") as progress:
         for name, (file, make) in cases.items():
@@ -199,7 +202,10 @@ def run(config: SafetyConfig) -> int:
 
 def _measured(config: SafetyConfig, named: NamedCell, store: RunStore, begin: float) -> int:
     folder, clock = store.folder, named.params.motion.clock
-    cases = collect(store, wanted(config, named))
+    asked = wanted(config, named)
+    cases = collect(store, asked, config.finished)
+    if len(cases) < len(asked):
+        print(f"{len(cases)} of {len(asked)} cases are finished", file=sys.stderr, flush=True)
     rows = all_rows(cases, named.cell.dt, float(clock.acceleration), float(clock.jerk))
     write_bytes(folder / "rows.json", (json.dumps({"safety": rows}, indent=1) + "\n").encode())
     if config.json:
@@ -210,7 +216,10 @@ def _measured(config: SafetyConfig, named: NamedCell, store: RunStore, begin: fl
 
         names = list(draw(folder / FIGURES, cases, named.cell.dt, named.params.safety))
     if config.page:
-        write_bytes(config.page, page(rows, config, people(config), names, named.params.safety).encode())
+        write_bytes(
+            config.page,
+            page(rows, config, people(config), names, named.params.safety, (len(cases), len(asked))).encode(),
+        )
     _report(rows, folder, time.monotonic() - begin)
     return 0
 

@@ -323,4 +323,18 @@ def test_a_run_of_random_states_with_its_page(tmp_path, capsys: pytest.CaptureFi
     assert "stop_margin_min_no_reaction" in text and "| face | 65 | 65 | 75 | 4.4 |" in text
     assert run(parse([*words, "--json", str(tmp_path / "r.json")])) == 0
     assert (tmp_path / "r.json").read_text() == first, "resumed"
+    more = [
+        "--parts",
+        "stop",
+        "chance",
+        "--states",
+        "300",
+        "--episodes",
+        "64",
+        "--out",
+        str(tmp_path / "run"),
+        "--finished",
+    ]
+    assert run(parse([*more, "--no-figures", "--page", str(tmp_path / "p.md")])) == 0
+    assert "1 of 4 parts are finished" in (tmp_path / "p.md").read_text()
     assert page({}, SafetyConfig(), ("reach_in",), (), SafetyParams())
