@@ -95,7 +95,7 @@ def zones_figure(case: Case, dt: float, safety: SafetyParams) -> Figure:
     ):
         axes.set_ylabel(text)
     grid[0, 0].legend(fontsize=8, loc="center right")
-    grid[1, 1].legend(fontsize=8, loc="center right")
+    grid[1, 1].legend(fontsize=8, loc="upper right", bbox_to_anchor=(1.0, 0.8))
     patches = [
         Patch(color=colour, alpha=0.4, label=name) for colour, name in zip(ZONE_COLOURS, ZONE_NAMES, strict=True)
     ]

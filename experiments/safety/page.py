@@ -76,6 +76,11 @@ def command(config: SafetyConfig) -> str:
     return " ".join([*words, "--json safety.json --page docs/safety.md"])
 
 
+def number(value: float) -> str:
+    """A value with four digits, large ones in full."""
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
 def regions(safety: SafetyParams) -> str:
     """The standard's table, as quoted, with the contact speed of the cell's arm."""
     speeds = pfl_speeds(1.0 / effective_mass(safety.pfl))
@@ -111,7 +116,7 @@ def page(
     names = ", ".join(name.split("/")[-1] for name in people)
     text = INTRODUCTION.format(
         command=command(config), brake=float(safety.ssm.brake), people=names, scenes=" and ".join(config.scenes),
-        variants="\n".join(f"  `{name}`: {words};" for name, words in EXPLAINED.items())[:-1] + ".", episodes=f"{config.episodes:,}",
+        variants="\n".join(f"  - `{name}`: {words};" for name, words in EXPLAINED.items())[:-1] + ".", episodes=f"{config.episodes:,}",
     )  # fmt: skip
     if counted[0] < counted[1]:
         text += f"\n**Of a run that was interrupted: {counted[0]} of {counted[1]} parts are finished and counted.**\n"
@@ -119,9 +124,7 @@ def page(
     for name, entry in rows.items():
         kept = holds(name, entry["value"])
         mark = "-" if kept is None else "yes" if kept else "**no**"
-        text += (
-            f"| {name} | {entry['value']:.4g} | {entry['unit']} | {bar(name) or '-'} | {mark} | {definition(name)} |\n"
-        )
+        text += f"| {name} | {number(entry['value'])} | {entry['unit']} | {bar(name) or '-'} | {mark} | {definition(name)} |\n"
     if rows:
         text += READING.format(C=float(safety.ssm.intrusion))
     text += regions(safety) + "\n"
