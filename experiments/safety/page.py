@@ -42,10 +42,10 @@ READING = """
 
 * **Violations by chance** are slow and near: the arm, stopped or in red, turns away from one part of the body and towards another one
   whose direction is less than 60 degrees from the first. Such parts are not read (`hrcjax/field/near.py`), so no limit holds for them. The rows
-  `close_...` read directions 18 degrees apart: what remains then is due to directions that are as old as the image. Without the retreat
+  `close_...` read directions 18 degrees apart: what remains is slower, probably because directions are as old as the image. Without the retreat
   (`no_retreat_...`) it is not better: other points move in a stop too. Episodes sensed through images, whose distances are lower bounds by
-  some 10 cm, have no violation because of that spare distance.
-* **`chance_violations_stop`** counts the same motions beside a person who is nearer than C already; nobody can stop before what has come.
+  some 10 cm, have none; that spare distance probably is why.
+* **`chance_violations_stop`** counts the same motions beside a person who has come to about C or nearer.
   Contacts are people who walk into the arm, but for `chance_contacts_approaching`.
 * **Scores.** The paper's score has no term for a run that does not arrive, and rewards distance: with zones it may be above 100 %. Against its own
   reference, without zones and without a person, it is below. The sound score counts arrivals.
