@@ -1,0 +1,76 @@
+"""A field of the exact shapes, moved by noise: what a sensing that keeps its word tells, at the cost of some capsules."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.field.grid import GridField, fit_grid, grid_distance_and_gradient, grid_nodes
+from hrcjax.geom.segment import FAR
+from hrcjax.numerics import safe_divide, safe_norm
+from hrcjax.sim import Cell, FieldPart, Fields, Reading
+from hrcjax.typing import Array, Float, Vector3
+from hrcjax.world import Scene
+from hrcjax.world.scene import scene_distance
+
+SURFACES = 3
+"""Surfaces of people that are read at a point, in up to so many directions."""
+APART, CLOSE = 0.5, 0.95
+"""Cosine of the least angle between two of these directions, as in the cell, 60 degrees; and of 18 degrees [1]."""
+
+
+class Margin(eqx.Module):
+    """Parameters of the field."""
+
+    noise: float = 0.03
+    """Taken off the distance to people: the error of their position that the field vouches for [m]."""
+    apart: float = APART
+    """Cosine of the least angle between two directions in which people are read [1]."""
+
+
+class Shapes(eqx.Module):
+    """Capsules of people, as an image tells them; a row for each image."""
+
+    a: Float[Array, "*image capsule 3"]
+    """One end of each axis [m]."""
+    b: Float[Array, "*image capsule 3"]
+    """The other end [m]."""
+    radius: Float[Array, "*image capsule"]
+    """Negative: nobody [m]."""
+
+
+def standing(cell: Cell, scene: Scene) -> GridField:
+    """The exact distance to what stands, sampled as a map is."""
+    nodes = grid_nodes(cell.grid)
+    values = jax.lax.map(lambda x: scene_distance(scene, x), nodes, batch_size=4096)
+    return fit_grid(cell.grid, values.reshape(cell.grid.shape))
+
+
+def read(params: Margin, fields: Fields, x: Vector3) -> Reading:
+    """Distances at a point; to people the nearest capsule's, and the nearest ones in other directions."""
+    people: Shapes = fields.moving
+    stands, off = grid_distance_and_gradient(fields.static, x)
+    way, from_a = people.b - people.a, x - people.a
+    part = jnp.clip(safe_divide(jnp.sum(from_a * way, -1), jnp.sum(way * way, -1)), 0, 1)
+    gaps = from_a - part[:, None] * way
+    size = safe_norm(gaps)
+    directions = gaps / jnp.maximum(size, 1e-6)[:, None]
+    left = jnp.where(people.radius >= 0, size - people.radius - params.noise, FAR)
+    distances, found = [], []
+    for _ in range(SURFACES):
+        k = jnp.argmin(left)
+        some = left[k] < FAR
+        distances.append(left[k])
+        found.append(jnp.where(some, directions[k], 0.0))
+        left = jnp.where(jnp.sum(directions * directions[k], -1) > params.apart, FAR, left)
+    near = distances[0] < stands
+    return Reading(
+        jnp.where(near, distances[0], stands), jnp.where(near, found[0], off), jnp.stack(distances), jnp.stack(found),
+        stands, off,
+    )  # fmt: skip
+
+
+def _no_fit(params: Margin, frames: object) -> Fields:
+    raise NotImplementedError("the shapes are given, see `Shapes`")
+
+
+EXACT_FIELD = FieldPart(_no_fit, read)
