@@ -14,6 +14,7 @@ BARS = {
         "ratio_to_forward": ("<=", 3.0),
         "compile_s": ("<=", 35.0),
         "new_loss_s": ("<=", 3.0),
+        "new_sound_loss_s": ("<=", 3.0),
         "second_process_s": ("<=", 6.0),
     },
     "sweep": {"ratio_to_serial": (">=", 15.0)},

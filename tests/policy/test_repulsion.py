@@ -40,7 +40,7 @@ def other(params):
 
 @few
 @given(
-    st.floats(-0.1, 0.6), st.floats(0.0, 0.5), st.floats(1e-6, 1e-3), st.floats(0, 2), st.lists(st.floats(-2, 2), min_size=6, max_size=6)
+    st.floats(-0.1, 0.6), st.just(0.0) | st.floats(1e-9, 0.5), st.floats(1e-6, 1e-3), st.floats(0, 2), st.lists(st.floats(-2, 2), min_size=6, max_size=6)
 )  # fmt: skip
 def test_agrees_with_numpy(d, reach, k_rep, fade, numbers):
     g, xd = np.array(numbers[:3]), np.array(numbers[3:])
