@@ -7,10 +7,10 @@ PLACES = 3
 TRIED = {
     "field": "One exponential for each pair of control point and stored point, and with each its distance and the columns of the sums for "
     "value and gradient. Tried: positions by component instead of vectors (kept), kernels weighted before a product with shared columns "
-    "(kept: half the time where weights are batched), a first search for the nearest point so that one pass of exponentials serves all sums (kept).",
+    "(kept), a first search for the nearest point so that one pass of exponentials serves all sums (kept).",
     "governor": "A quadratic program of seven unknowns by an active set: up to 24 rounds, each of which needs the one before, and a batch "
     "waits for its last member. Tried: few rows at a time, written out as scalars (kept), a row that takes the place of another in a full set "
-    "(kept: fewer rounds).",
+    "(kept).",
     "guide": "Leaves with Jacobians and metrics of a few numbers for each control point: arrays that are written and read again between the "
     "compiler's fused loops. Tried: borders between the steps of a tick, so that nothing is computed anew in each of its uses (kept).",
 }
