@@ -13,9 +13,9 @@ from hrcjax.world import Scene
 from hrcjax.world.scene import scene_distance
 
 SURFACES = 3
-"""Surfaces of people that are read at a point, in up to so many directions."""
-APART, CLOSE = 0.5, 0.95
-"""Cosine of the least angle between two of these directions, as in the cell, 60 degrees; and of 18 degrees [1]."""
+"""Surfaces of people that are read at a point."""
+APART = 0.5
+"""Cosine of the angle from which on two directions are different ones, as in the cell: 60 degrees [1]."""
 
 
 class Margin(eqx.Module):
@@ -23,8 +23,9 @@ class Margin(eqx.Module):
 
     noise: float = 0.03
     """Taken off the distance to people: the error of their position that the field vouches for [m]."""
-    apart: float = APART
-    """Cosine of the least angle between two directions in which people are read [1]."""
+    in_front: float = 0.0
+    """A capsule whose nearest point is so much in front of the plane through a nearer one is read as well, as in the cell; infinite:
+    those in other directions alone [m]."""
 
 
 class Shapes(eqx.Module):
@@ -46,7 +47,7 @@ def standing(cell: Cell, scene: Scene) -> GridField:
 
 
 def read(params: Margin, fields: Fields, x: Vector3) -> Reading:
-    """Distances at a point; to people the nearest capsule's, and the nearest ones in other directions."""
+    """Distances at a point; to people the nearest capsule's, and those of the nearest in other directions or in front of it."""
     people: Shapes = fields.moving
     stands, off = grid_distance_and_gradient(fields.static, x)
     way, from_a = people.b - people.a, x - people.a
@@ -54,14 +55,17 @@ def read(params: Margin, fields: Fields, x: Vector3) -> Reading:
     gaps = from_a - part[:, None] * way
     size = safe_norm(gaps)
     directions = gaps / jnp.maximum(size, 1e-6)[:, None]
-    left = jnp.where(people.radius >= 0, size - people.radius - params.noise, FAR)
+    to_surface = size - people.radius
+    left = jnp.where(people.radius >= 0, to_surface - params.noise, FAR)
     distances, found = [], []
     for _ in range(SURFACES):
         k = jnp.argmin(left)
         some = left[k] < FAR
         distances.append(left[k])
         found.append(jnp.where(some, directions[k], 0.0))
-        left = jnp.where(jnp.sum(directions * directions[k], -1) > params.apart, FAR, left)
+        along = jnp.sum(directions * directions[k], -1)
+        behind = along * to_surface >= to_surface[k] - params.in_front
+        left = jnp.where((along > APART) & behind, FAR, left).at[k].set(FAR)
     near = distances[0] < stands
     return Reading(
         jnp.where(near, distances[0], stands), jnp.where(near, found[0], off), jnp.stack(distances), jnp.stack(found),

@@ -16,6 +16,8 @@ GAP = 0.03
 """Largest distance between two neighbours of the spheres that stand for a capsule of the arm [m]."""
 TOWARDS = 0.005
 """Slower than this towards a person the arm does not approach; faster than allowed by more is a violation [m/s]."""
+LOOKED_AT = 96
+"""Ticks of an episode for which the poses before are looked at: those with the largest excess by the pose at the tick."""
 SHORT = 1e-3
 """A way to stop may miss so much of the intrusion distance: rounding, and spheres that stand for capsules [m]."""
 
@@ -28,12 +30,13 @@ class Exposure(eqx.Module):
     approach: Float[Array, "time"]
     """Largest speed of a point of the arm nearer than 2 m towards the person, who is held [m/s]."""
     excess: Float[Array, "time"]
-    """Largest speed towards the person beyond what the largest distance of that point within the reaction time allows [m/s]."""
+    """Largest speed of any point towards the person beyond what its distance allows, by that of the person's poses within the
+    reaction time by which it is least: where the person is by now the arm can't know [m/s]."""
     excess_now: Float[Array, "time"]
-    """The same by the distance at that very tick [m/s]."""
+    """The same by the pose at that very tick [m/s]."""
     short: Float[Array, "time"]
-    """The most that C exceeds what is left when a point that approaches brakes now and the person comes on as fast as is assumed
-    [m]."""
+    """The most that C exceeds what is left when a point that approaches, by the same pose, brakes now and the person comes on from
+    where it is as fast as is assumed [m]."""
 
 
 def spheres(arm: Arm) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
@@ -85,20 +88,32 @@ def exposed(
     distance, speed = jax.lax.map(lambda at: towards(arm, *at), (q, qd, person), batch_size=64)
     largest = jax.lax.reduce_window(distance, -jnp.inf, jax.lax.max, (window + 1, 1), (1, 1), ((window, 0), (0, 0)))
 
-    def one(speed: Array, d: Array, before: Array) -> tuple[Array, Array, Array]:
+    def beyond(speed: Array, d: Array) -> Array:
+        return speed - allowed_speed(ssm, d, assumed_human_speed(ssm, d))
+
+    def lacks(speed: Array, d: Array, before: Array) -> Array:
         comes = assumed_human_speed(ssm, before)
         rest = d - comes * stopping_time(ssm, speed) - stopping_distance(ssm, speed)
-        short = jnp.where(speed > TOWARDS, ssm.intrusion - rest, -FAR)
-        now = allowed_speed(ssm, d, assumed_human_speed(ssm, d))
-        return speed - allowed_speed(ssm, before, comes), speed - now, short
+        return jnp.where(speed > TOWARDS, ssm.intrusion - rest, -FAR)
 
-    excess, excess_now, short = jax.vmap(jax.vmap(one))(speed, distance, largest)
+    def best(at: Array) -> tuple[Array, Array]:
+        """Of a tick, excess and lack of way by the best of the poses within the reaction time, from where the person is by now."""
+        poses = jnp.maximum(at - jnp.arange(window + 1, dtype=at.dtype), 0)
+        d, v = jax.vmap(lambda k: towards(arm, q[at], qd[at], jax.tree.map(lambda x: x[k], person)))(poses)
+        excess = jnp.max(jax.vmap(jax.vmap(beyond))(v, d), axis=1)
+        k = jnp.argmin(excess)
+        return excess[k], jnp.max(jax.vmap(lacks)(v[k], distance[at], largest[at]))
+
+    now = jnp.max(jax.vmap(jax.vmap(beyond))(speed, distance), axis=1)
+    short = jnp.max(jax.vmap(jax.vmap(lacks))(speed, distance, largest), axis=1)
+    worst = jax.lax.top_k(now, min(LOOKED_AT, now.shape[0]))[1]
+    by_pose = jax.lax.map(best, worst, batch_size=16)  # of other ticks the excess is no more than now
     return Exposure(
         separation=jnp.min(distance, axis=1),
         approach=jnp.max(jnp.where(distance < 2.0, speed, 0.0), axis=1),
-        excess=jnp.max(excess, axis=1),
-        excess_now=jnp.max(excess_now, axis=1),
-        short=jnp.max(short, axis=1),
+        excess=now.at[worst].set(by_pose[0]),
+        excess_now=now,
+        short=short.at[worst].set(by_pose[1]),
     )
 
 

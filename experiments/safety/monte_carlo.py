@@ -27,7 +27,7 @@ from hrcjax.typing import Array
 from hrcjax.world import Scene, first_obstacles, scene_named
 
 from .draws import LEAD, RATE, Draw, Drawer
-from .exact_field import APART, EXACT_FIELD, Margin, Shapes, standing
+from .exact_field import EXACT_FIELD, Margin, Shapes, standing
 from .exposure import SHORT, TOWARDS, Exposure, exposed, window_of
 
 AT_ONCE = 64
@@ -147,13 +147,13 @@ class Chance:
         made = scene_named(name, seed)
         return made, posture_at(self.short_cell, made.start)
 
-    def params_of(self, dtype: jnp.dtype | type = jnp.float32, retreat: bool = True, apart: float = APART) -> Params:
+    def params_of(self, dtype: jnp.dtype | type = jnp.float32, retreat: bool = True, in_front: float = 0.0) -> Params:
         """The parameters with those of this field; without the retreat of a stop, if told so.
 
         Args:
-            apart: see `Margin.apart`.
+            in_front: see `Margin.in_front`.
         """
-        with_field = eqx.tree_at(lambda p: p.field, self.params, Margin(apart=apart))
+        with_field = eqx.tree_at(lambda p: p.field, self.params, Margin(in_front=in_front))
         if not retreat:
             with_field = eqx.tree_at(lambda p: p.safety.zone.retreat_speed, with_field, 0.0)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), with_field)
@@ -168,12 +168,12 @@ class Chance:
         return self._kept[scene_name, scene_seed]
 
     def case(
-        self, scene_name: str, scene_seed: int, first: int, count: int, retreat: bool = True, apart: float = APART
+        self, scene_name: str, scene_seed: int, first: int, count: int, retreat: bool = True, in_front: float = 0.0
     ) -> Mapping[str, Any]:
         """What is stored of `count` episodes in a scene, of the seeds from `first` on."""
         ready = self.ready(scene_name, scene_seed)
         scene, q_start, route, static, drawer = ready
-        params = self.params_of(retreat=retreat, apart=apart)
+        params = self.params_of(retreat=retreat, in_front=in_front)
         begun = time.perf_counter()
         found: list[dict[str, Any]] = []
         for begin in range(first, first + count, AT_ONCE):

@@ -25,14 +25,14 @@ that quotes them.
   is the business of the episodes.
 * **Episodes.** {people} in {scenes}; sensed through noisy images of two cameras, once for all variants. Spheres along the axes
   of the arm's capsules from the upper arm outwards, at most 3 cm apart, tell distance and speed towards the exact person at every tick of 8 ms, until 1 s after the
-  arrival. Allowed is v(d) by the largest distance of the point within the reaction time: what happened later it cannot know. The variants:
+  arrival. Allowed is v(d), by distances and directions of one pose of the person within the reaction time: what happened later the arm cannot know. Rows with `now` take the pose at the very tick. The variants:
 {variants}
 * **Scores.** The paper's score of a run is relative to itself (`hrcjax/metrics/score.py`), and one that never arrives may score higher; the
   sound score is beside it. Lost time is split by zone by the way along the path: its parts add up to the difference of the times.
 * **The path.** Mode `path`, in double precision: the commanded reference against SciPy's spline of the plan, and the arm itself, whose
   deviation is the joint servo's.
 * **By chance.** {episodes} episodes of 8 s: people of the list, turned, moved, faster or slower, earlier or later; the loop is the cell's, but
-  images are not rendered: the field reads the exact capsules, moved by noise of 1 cm, less 3 cm, in three directions as the cell's does;
+  images are not rendered: the field reads the exact capsules, moved by noise of 1 cm, less 3 cm, of three capsules at a point by the rule of the cell's;
   30 to 50 ms late, 3 % of the images missing, 2 % 0.2 s late, and up to two failures of all cameras of 0.05 to 1 s. People
   without measurement in a good image (`PERSON_LOST`) are not among the failures.
 """

@@ -45,9 +45,9 @@ MEANT = {
     "pfl": ", power and force limiting alone",
 }
 _PER_VARIANT = {
-    "violations": "episodes, in both ways to move, with a tick in which a point of the arm is faster towards the person than its largest distance within the reaction time allows by more than 5 mm/s, or could not stop before C; motions without jumps",
-    "excess_speed_max": "largest speed of any point of the arm towards the person beyond what its largest distance within the reaction time allows; negative: never reached",
-    "excess_now_max": "the same by the distance at that very tick, as if nothing were late",
+    "violations": "episodes, in both ways to move, with a tick in which a point of the arm is faster towards the person than its distance allows by more than 5 mm/s, whichever of the poses within the reaction time counts, or could not stop before C; motions without jumps",
+    "excess_speed_max": "largest speed of any point of the arm towards the person beyond what its distance allows, by that pose of the person within the reaction time that is best for the whole arm; negative: never reached",
+    "excess_now_max": "the same by the pose at that very tick, as if nothing were late",
     "stop_short_max": "largest lack of the way to stop: C less what is left when the approaching point brakes at that tick and the person comes on as fast as is assumed; negative: spare",
     "separation_min": "least exact distance of arm and person",
     "contacts": "episodes in which arm and person touch while the arm moves",
@@ -90,6 +90,8 @@ DEFINITIONS: dict[str, str] = {
     "chance_violations_speed": "of them, those in which a point is faster than allowed by more than 5 mm/s",
     "chance_speed_in_stop": "of these, those whose worst tick is in a stop",
     "chance_excess_max": "largest excess of speed",
+    "chance_violations_now": "episodes with an excess of more than 5 mm/s by the pose of the person at the very tick, as if nothing were late",
+    "chance_excess_now_max": "the largest such excess",
     "chance_excess_p999": "99.9th percentile of the largest excess of an episode",
     "chance_stop_short_max": "largest lack of the way to stop; negative: spare",
     "chance_contacts": "episodes in which arm and person touch while a joint moves: also a person who walks into a retreating arm",
@@ -103,9 +105,9 @@ DEFINITIONS: dict[str, str] = {
     "no_retreat_episodes": "episodes by chance without the retreat of a stop (zone.retreat_speed 0)",
     "no_retreat_violations": "of them, those with a violation",
     "no_retreat_excess_max": "their largest excess of speed",
-    "close_episodes": "episodes by chance in which people are read in directions 18 degrees apart, instead of 60 as in the cell",
-    "close_violations": "of them, those with a violation",
-    "close_excess_max": "their largest excess of speed",
+    "ways_episodes": "episodes by chance in which people are read in directions 60 degrees apart alone, without those in front of a nearer surface",
+    "ways_violations": "of them, those with a violation",
+    "ways_excess_max": "their largest excess of speed",
 }
 
 
@@ -278,7 +280,7 @@ def joined(cases: Sequence[Case], name: str) -> NDArray:
     return np.concatenate([np.atleast_1d(case[name]) for case in cases])
 
 
-def chance_rows(cases: Sequence[Case], still: Sequence[Case], close: Sequence[Case]) -> Rows:
+def chance_rows(cases: Sequence[Case], still: Sequence[Case], ways: Sequence[Case]) -> Rows:
     """Episodes by chance."""
     excess, short = joined(cases, "excess"), joined(cases, "short")
     fast, late = excess > TOWARDS, short > SHORT
@@ -291,6 +293,8 @@ def chance_rows(cases: Sequence[Case], still: Sequence[Case], close: Sequence[Ca
         "chance_speed_in_stop": row((fast & (joined(cases, "worst_zone") == 3)).sum(), "episodes"),
         "chance_violations_stop": row(late.sum(), "episodes"),
         "chance_excess_max": row(excess.max(), "m/s"),
+        "chance_violations_now": row((joined(cases, "excess_now") > TOWARDS).sum(), "episodes"),
+        "chance_excess_now_max": row(joined(cases, "excess_now").max(), "m/s"),
         "chance_excess_p999": row(np.percentile(excess, 99.9), "m/s"),
         "chance_stop_short_max": row(1e3 * short.max(), "mm"),
         "chance_contacts": row(joined(cases, "hit").sum(), "episodes"),
@@ -302,7 +306,7 @@ def chance_rows(cases: Sequence[Case], still: Sequence[Case], close: Sequence[Ca
         "chance_per_s": row(count / seconds, "1/s"),
         "chance_hours_20000": row(20000 * seconds / count / 3600, "h"),
     }
-    for name, part in (("no_retreat", still), ("close", close)):
+    for name, part in (("no_retreat", still), ("ways", ways)):
         if part:
             over = joined(part, "excess")
             broken_ones = (over > TOWARDS) | (joined(part, "short") > SHORT)
@@ -325,5 +329,5 @@ def all_rows(cases: Cases, dt: float, acceleration: float, jerk: float) -> Rows:
     if of(cases, "path"):
         rows |= path_rows(of(cases, "path"), acceleration, jerk)
     if of(cases, "chance"):
-        rows |= chance_rows(of(cases, "chance"), of(cases, "still"), of(cases, "close"))
+        rows |= chance_rows(of(cases, "chance"), of(cases, "still"), of(cases, "ways"))
     return rows

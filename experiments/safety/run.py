@@ -35,7 +35,6 @@ from .always_stop import margins
 from .bench import Bench, is_clean
 from .config import MODES, PARTS, SafetyConfig
 from .deviation import deviation_case
-from .exact_field import CLOSE
 from .monte_carlo import Chance
 from .page import page
 from .rows import Rows, all_rows, holds
@@ -163,7 +162,7 @@ def wanted(config: SafetyConfig, named: NamedCell) -> dict[str, tuple[str, Make]
             cases[f"chance/{end}"] = f"chance/{end}", partial(chance.case, scene, 0, first, count)
             if number % STILL < len(config.scenes) and number < 2 * STILL:
                 cases[f"still/{end}"] = f"still/{end}", partial(chance.case, scene, 0, first, count, False)
-                cases[f"close/{end}"] = f"close/{end}", partial(chance.case, scene, 0, first, count, True, CLOSE)
+                cases[f"ways/{end}"] = f"ways/{end}", partial(chance.case, scene, 0, first, count, True, np.inf)
     return cases
 
 

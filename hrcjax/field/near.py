@@ -1,8 +1,8 @@
-"""The nearest points of a cloud in some directions: everybody about a place, not only the nearest.
+"""The nearest points of a cloud on several surfaces: everybody about a place, and every arm, not only the nearest.
 
 A frame's points are sorted once along a Hilbert curve into groups of neighbours. At a query the nearest point of each group
 is known at the price of one more minimum over distances that the field's kernels need anyway; among the groups, those
-that lie in another direction than all nearer ones are chosen, and only their few points are looked at again.
+that lie in another direction than all nearer ones or in front of them are chosen, and only their few points are looked at again.
 """
 
 from typing import NamedTuple
@@ -27,6 +27,10 @@ CURVE_FROM, CURVE_STEP, CURVE_BITS = -2.56, 0.02, 8
 """Least coordinate [m], resolution [m] and bits an axis of the Hilbert curve; points beyond share its borders."""
 OTHER_WAY = 0.5
 """Cosine of the angle over which two directions differ: 60 degrees [1]."""
+IN_FRONT = 0.01
+"""The mean of a group is so much in front of a plane: more than noise [m]."""
+SLANT = 0.1
+"""Slope by which that plane may be off, since the nearest point of a cloud is not that of the surface [1]."""
 
 
 class Groups(eqx.Module):
@@ -39,7 +43,7 @@ class Groups(eqx.Module):
 
 
 class Nearest(NamedTuple):
-    """The nearest point in one direction."""
+    """The nearest point of one surface."""
 
     some: Bool[Array, ""]
     """Whether there is any."""
@@ -102,46 +106,66 @@ def _bits(v: Float[Array, "*point"]) -> Int[Array, "*point"]:
     return jax.lax.bitcast_convert_type(v, jnp.int32 if v.dtype == jnp.float32 else jnp.int64)
 
 
+def _number(bits: Int[Array, ""], dtype: jnp.dtype) -> Float[Array, ""]:
+    """The number of some bits."""
+    return jax.lax.bitcast_convert_type(bits, dtype)
+
+
 def _places(field: GPField) -> int:
     """The bits that the place of a point needs."""
     return (1 << (field.points.shape[0] - 1).bit_length()) - 1
 
 
-def other_way(groups: Groups, x: Vector3, away: Vector3) -> Bool[Array, "group"]:
-    """Which groups lie in directions that differ by more than 60 degrees from the one that `away` points from.
+def another(
+    groups: Groups, x: Vector3, away: Vector3, distance: Float[Array, ""]
+) -> Bool[Array, "group"]:
+    """Which groups do not belong to a nearer surface: their direction differs from its direction by more than 60 degrees, or they
+    are in front of the plane through its nearest point, as a hand before a trunk. Points of a convex body never are.
 
     Args:
         x: query [m].
-        away: unit vector away from a nearer surface, or 0: then all [1].
+        away: unit vector away from the nearer surface, or 0: then all [1].
+        distance: of x to that plane [m].
     """
     way = [x[i] - groups.centre[:, i] for i in range(3)]
     along = way[0] * away[0] + way[1] * away[1] + way[2] * away[2]
     square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2]
-    return along * jnp.abs(along) <= OTHER_WAY**2 * square
+    aside = jnp.sqrt(jnp.maximum(square - along * along, 0.0))  # not differentiated
+    return (along * jnp.abs(along) <= OTHER_WAY**2 * square) | (along < distance - IN_FRONT - SLANT * aside)
 
 
-def nearest_other_ways(field: GPField, groups: Groups, x: Vector3, away: Vector3, count: int = 2) -> list[Nearest]:
-    """The nearest points in directions that differ by more than 60 degrees from all nearer ones, one after the other.
+def nearest_others(
+    field: GPField, groups: Groups, x: Vector3, away: Vector3, distance: Float[Array, ""], count: int
+) -> list[Nearest]:
+    """The nearest points of further surfaces: of groups that are `another` than all nearer ones, one after the other.
 
-    A group counts by the direction of its mean and the distance of its nearest point.
+    A group counts by the place of its mean and the distance of its nearest point, once.
 
     Args:
         field: with its cloud in the order of `grouped`.
         groups: of that cloud.
         x: query [m].
         away: unit vector away from the nearest surface of all [1].
+        distance: of x to that surface, if it has no points; FAR if it has [m].
         count: how many are wanted.
     """
-    x_, away = jax.lax.stop_gradient((x, away))
+    x_, away, distance = jax.lax.stop_gradient((x, away, distance))
     nearest = nearest_of_groups(field, x_, groups.some.shape[0])
     nobody = jnp.iinfo(nearest.dtype).max
     nearest = jnp.where(groups.some, nearest, nobody)
+    first = jnp.min(nearest)
+    reach = jnp.where(first < nobody, jnp.sqrt(_number(first, x.dtype)), FAR)
+    offset = x_ - field.points[(first & _places(field)).astype(jnp.int32)]
+    nearer = (reach <= distance) & (jnp.sum(offset * away) > OTHER_WAY * reach)
+    first = jnp.where(nearer, first, nobody)  # that of the nearest surface
+    distance = jnp.minimum(reach, distance)
     found: list[Nearest] = []
     for _ in range(count):
-        nearest = jnp.where(other_way(groups, x_, away), nearest, nobody)
+        # a group is taken once, wherever its mean is
+        nearest = jnp.where(another(groups, x_, away, distance) & (nearest != first), nearest, nobody)
         first = checkpoint_name(jnp.min(nearest), CHOICE)
         some = first < nobody
         offset = x - field.points[(first & _places(field)).astype(jnp.int32)]
         found.append(Nearest(some, jnp.where(some, safe_norm(offset), FAR), jnp.where(some, offset, 0.0)))
-        away = jax.lax.stop_gradient(unit(found[-1].offset))
+        away, distance = jax.lax.stop_gradient((unit(found[-1].offset), found[-1].distance))
     return found

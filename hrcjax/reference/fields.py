@@ -108,31 +108,45 @@ def _along_curve(cell: list[int], bits: int = 8) -> int:
     return int("".join(x + y + z for x, y, z in zip(*digits, strict=True)), 2)
 
 
-def other_ways(field: Field, x: NDArray, away: NDArray, count: int = 2) -> list[tuple[float, NDArray]]:
-    """The nearest points in directions over 60 degrees from those of all nearer ones: distance [m], vector to the query [m].
+def other_surfaces(field: Field, x: NDArray, away: NDArray, plane: float, count: int = 2) -> list[tuple[float, NDArray]]:
+    """The nearest points in directions over 60 degrees from those of all nearer ones, or in front of them: distance [m], vector to
+    the query [m].
 
-    A group of points counts by the direction of its mean. Where there is none: FAR, and 0.
+    A group of points counts by the place of its mean. Where there is none: FAR, and 0.
 
     Args:
         field: with points.
         x: one query [m].
         away: unit vector away from the nearest surface [1].
+        plane: distance of x to that surface, if it has no points; else FAR [m].
         count: how many are wanted.
     """
     left, found = list(field.groups), []
+    nearest = [min(x - field.points[g], key=np.linalg.norm) for g in left]
+    if nearest:
+        k = int(np.argmin([np.linalg.norm(offset) for offset in nearest]))
+        reach = float(np.linalg.norm(nearest[k]))
+        if reach <= plane and nearest[k] @ away > 0.5 * reach:
+            del left[k]
+        plane = min(plane, reach)
     for _ in range(count):
-        left = [g for g in left if _apart(x - field.points[g].mean(axis=0), away)]
-        offsets = [offset for g in left for offset in x - field.points[g]]
-        lengths = [np.sqrt(offset @ offset) for offset in offsets]
-        nearest = int(np.argmin(lengths)) if lengths else None
-        found.append((FAR, np.zeros(3)) if nearest is None else (lengths[nearest], offsets[nearest]))
-        away = _unit(found[-1][1][None])[0]
+        left = [g for g in left if _another(x - field.points[g].mean(axis=0), away, plane)]
+        if not left:
+            found.append((FAR, np.zeros(3)))
+            continue
+        offsets = [min(x - field.points[g], key=np.linalg.norm) for g in left]
+        k = int(np.argmin([np.linalg.norm(offset) for offset in offsets]))
+        found.append((float(np.linalg.norm(offsets[k])), offsets[k]))
+        del left[k]
+        away, plane = _unit(found[-1][1][None])[0], found[-1][0]
     return found
 
 
-def _apart(way: NDArray, away: NDArray) -> bool:
-    """Whether a vector and a unit vector differ by more than 60 degrees."""
-    return bool(way @ away <= 0.5 * np.sqrt(way @ way))
+def _another(way: NDArray, away: NDArray, plane: float) -> bool:
+    """Whether a vector differs from a unit vector by more than 60 degrees, or ends in front of a cone about it: by 1 cm and a slope of 0.1."""
+    along = way @ away
+    aside = np.sqrt(max(way @ way - along * along, 0.0))
+    return bool(along <= 0.5 * np.sqrt(way @ way) or along < plane - 0.01 - 0.1 * aside)
 
 
 def scene_of(grid: GridField) -> Scene:
@@ -197,7 +211,7 @@ class Spread:
 def read(
     scene: Scene, people: Field, beyond: float, spread: Spread, x: NDArray
 ) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]:
-    """At every x: distance to everything and its gradient; lower bounds of the distances to people in three directions and unit
+    """At every x: distance to everything and its gradient; lower bounds of the distances to three surfaces of people and unit
     gradients, (point surface) and (point surface 3), the nearest first; distance to what stands and its gradient.
 
     Args:
@@ -221,13 +235,14 @@ def read(
         away = _unit(offset)
     room = beyond - np.linalg.norm(x, axis=1)
     nearer = room < bound
+    plane = np.where(nearer, room, FAR)
     bound = np.where(nearer, room, bound)
     away = np.where(nearer[:, None], -_unit(x), away)
     distances, directions = np.full((len(x), SURFACES), FAR), np.zeros((len(x), SURFACES, 3))
     distances[:, 0], directions[:, 0] = bound, away
     if len(people.points):
         for i in range(len(x)):
-            for k, (reach, way) in enumerate(other_ways(people, x[i], away[i], SURFACES - 1), start=1):
+            for k, (reach, way) in enumerate(other_surfaces(people, x[i], away[i], plane[i], SURFACES - 1), start=1):
                 if way.any():
                     distances[i, k] = reach - _margin(spread, (x[i] - way)[None])[0]
                     directions[i, k] = _unit(way[None])[0]

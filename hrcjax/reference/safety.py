@@ -127,6 +127,8 @@ class Monitor:
                 (ends - d) / RETREAT_RAMP, 0.0, 1.0
             )
             limit = (1.0 - share) * limit - share * params.zone.retreat_speed
+            away = np.clip((self.stop - d) / RETREAT_WIDTH, 0.0, 1.0) * params.zone.turn_away
+            limit = np.where(away > 0, np.minimum(limit, -away), limit)
         if state.zone == RED:
             if params.zone.red_only_slows or not params.zone.red_follows_separation:
                 limit = np.full_like(d, params.zone.nominal_speed)

@@ -77,6 +77,21 @@ def _spheres(row: CapsuleRow) -> tuple[np.ndarray, float]:
     return centres, (row.radius + float(np.hypot(row.radius, half_gap))) / 2
 
 
+def covering_spheres(a: np.ndarray, b: np.ndarray, radius: float) -> tuple[np.ndarray, float]:
+    """Centres and radius of spheres outside of which no point of the capsule lies by more than COVER_MARGIN.
+
+    Half-way between the capsule's radius and that of spheres which would cover all of it: they stand out by as much as
+    they fall short.
+    """
+    length = float(np.linalg.norm(b - a))
+    half_gap = np.sqrt((radius + 2 * COVER_MARGIN) ** 2 - radius**2)
+    count = max(1 if length == 0 else 2, int(np.ceil(length / (2 * half_gap))) + 1)
+    if count == 1:
+        return a[None], radius
+    half = length / (count - 1) / 2
+    return np.linspace(a, b, count), (radius + float(np.hypot(radius, half))) / 2
+
+
 def load_arm(variant: str = "ur5") -> Arm:
     """The UR5 or UR5e with its tables, its compiled MuJoCo model and the chain read from it. The tool is the flange.
 
@@ -112,7 +127,8 @@ def load_arm(variant: str = "ur5") -> Arm:
 def with_tool(arm: Arm, length: float, radius: float) -> Arm:
     """The arm with a straight tool on its flange: a capsule along the flange's axis, whose far end is the tool point.
 
-    The tool has no mass. Its two control spheres stand at a third and at two thirds of its length, 5 mm wider.
+    The tool has no mass. Its control spheres stand from end to end of the capsule's axis: a point beyond the last one could approach
+    faster than all of them.
 
     Raises:
         ValueError: a length that is not above twice the radius.
@@ -120,17 +136,18 @@ def with_tool(arm: Arm, length: float, radius: float) -> Arm:
     if not 0 < 2 * radius < length:
         raise ValueError(f"tool of length {length} m and radius {radius} m; accepted: 0 < 2 radius < length")
     link, base, axis = arm.tool_link, arm.tool_offset, arm.tool_axes[:, 2]
-    spheres = np.stack([base + length * share * axis for share in (1 / 3, 2 / 3)])
+    a, b = base + radius * axis, base + (length - radius) * axis
+    centres, covering = covering_spheres(a, b, radius)
     return replace(
         arm,
         capsule_names=(*arm.capsule_names, "tool"),
         capsule_links=(*arm.capsule_links, link),
-        capsule_a=np.concatenate([arm.capsule_a, (base + radius * axis)[None]]),
-        capsule_b=np.concatenate([arm.capsule_b, (base + (length - radius) * axis)[None]]),
+        capsule_a=np.concatenate([arm.capsule_a, a[None]]),
+        capsule_b=np.concatenate([arm.capsule_b, b[None]]),
         capsule_radii=np.append(arm.capsule_radii, radius),
-        control_links=(*arm.control_links, link, link),
-        control_offsets=np.concatenate([arm.control_offsets, spheres]),
-        control_radii=np.append(arm.control_radii, [radius + 0.005] * 2),
+        control_links=(*arm.control_links, *(link,) * len(centres)),
+        control_offsets=np.concatenate([arm.control_offsets, centres]),
+        control_radii=np.append(arm.control_radii, [covering] * len(centres)),
         tool_offset=base + length * axis,
     )
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from hrcjax.robot.body import COVER_MARGIN, Arm
+from hrcjax.robot.body import Arm, covering_spheres
 from hrcjax.robot.chain import chain_from_mujoco
 
 SHAPES = ("sphere", "capsule", "cylinder")
@@ -78,7 +78,7 @@ def arm_from_model(
         raise ValueError(
             f"arm {name}: no geom rides on the link of joint {joint!r}; accepted: {', '.join(SHAPES)} on each link"
         )
-    covered = [(link, *_cover(a, b, radius)) for _, link, a, b, radius in shapes if link >= 0]
+    covered = [(link, *covering_spheres(a, b, radius)) for _, link, a, b, radius in shapes if link >= 0]
     return Arm(
         variant=name,
         model=model,
@@ -138,21 +138,6 @@ def _capsules(
         name = model.geom(g).name or f"{shape} {g}"
         found.append((name, link, centre - reach, centre + reach, float(model.geom_size[g, 0])))
     return found
-
-
-def _cover(a: np.ndarray, b: np.ndarray, radius: float) -> tuple[np.ndarray, float]:
-    """Centres and radius of spheres outside of which no point of the capsule lies by more than COVER_MARGIN.
-
-    Half-way between the capsule's radius and that of spheres which would cover all of it: they stand out by as much as
-    they fall short.
-    """
-    length = float(np.linalg.norm(b - a))
-    half_gap = np.sqrt((radius + 2 * COVER_MARGIN) ** 2 - radius**2)
-    count = max(1 if length == 0 else 2, int(np.ceil(length / (2 * half_gap))) + 1)
-    if count == 1:
-        return a[None], radius
-    half = length / (count - 1) / 2
-    return np.linspace(a, b, count), (radius + float(np.hypot(radius, half))) / 2
 
 
 def _torques(model: mujoco.MjModel, name: str, given: float | Sequence[float] | None) -> np.ndarray:

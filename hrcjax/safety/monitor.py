@@ -15,6 +15,7 @@ from hrcjax.safety.zones import (
     YELLOW,
     ZoneState,
     retreat_share,
+    turned_away,
     update_zone,
     zone_speed,
     zone_thresholds,
@@ -111,6 +112,7 @@ def monitor(
     limit = jax.vmap(point_limit)(d)
     share = retreat_share(params, state.zone, d)
     limit = (1.0 - share) * limit - share * params.zone.retreat_speed
+    limit = jnp.minimum(limit, turned_away(params, state.zone, d))
     limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
     limit = jnp.where(hold, 0.0, limit)
 

@@ -159,3 +159,17 @@ def retreat_share(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "p
     near = jnp.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
     nearest = jnp.clip(1.0 - (d - jnp.min(d)) / RETREAT_WIDTH, 0.0, 1.0)
     return jnp.where(zone == STOP, near * nearest, 0.0)
+
+
+def turned_away(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "point"]) -> Float[Array, "point"]:
+    """Largest speed towards the person of points nearer than S_p(0) in a stop; none for others [m/s].
+
+    Below 0, so that no point approaches where the direction to the person is off by noise: from 0 at S_p(0) to
+    `zone.turn_away` over `RETREAT_WIDTH`.
+
+    Args:
+        d: distance of the points to the person [m].
+    """
+    short = zone_thresholds(params).stop - jnp.minimum(d, NOBODY)
+    share = jnp.clip(short / RETREAT_WIDTH, 0.0, 1.0)
+    return jnp.where((zone == STOP) & (share > 0), -share * params.zone.turn_away, jnp.inf)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from hrcjax.field import FAR, FieldParams, GPField, GridField, fit, grid_distance_and_gradient
 from hrcjax.field.least import log_least_weight, nearest_bound
-from hrcjax.field.near import Groups, grouped, groups_of, nearest_other_ways
+from hrcjax.field.near import Groups, grouped, groups_of, nearest_others
 from hrcjax.field.scene_union import scene_and_people
 from hrcjax.geom.cloud import Cloud
 from hrcjax.numerics import safe_norm, unit
@@ -63,7 +63,7 @@ BODY_INFLATION = 0.01
 WAY_TO_GOAL = 12
 """Places on the straight line from start to goal at which the joints follow, to the configuration at the goal."""
 SURFACES = 3
-"""Surfaces of people that are read at a point: the nearest in up to so many directions."""
+"""Surfaces of people that are read at a point: the nearest, and the nearest in other directions or in front of it."""
 COARSE_EDGE = 0.1
 """Edge of the cubes that share a point beyond `COARSE_FROM` [m]."""
 
@@ -165,8 +165,8 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
 
     What a person moves after the exposure is in S_p, by its reaction time.
 
-    Surface 0 is the nearest of all this. Surfaces 1 and 2 are the nearest points in other directions, by more than 60 degrees from
-    the nearer ones; where there are none, FAR away and without direction.
+    Surface 0 is the nearest of all this. The others are the nearest points in other directions than the nearer ones, by more than 60
+    degrees, or in front of them, as a hand before a trunk; where there are none, FAR away and without direction.
     """
     people: People = fields.moving
     standing: Standing = fields.static
@@ -183,12 +183,14 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     away = jnp.where(both.people.some, unit(both.people.offset), 0.0)
     room = people.beyond - safe_norm(x)
     away = jnp.where(room < least, -unit(x), away)
+    plane = jnp.where(room < least, room, FAR)
     least = jnp.minimum(room, least)
     if standing.hidden is not None:
         room, slope = grid_distance_and_gradient(standing.hidden, x)
         away = jnp.where(room < least, unit(slope), away)
+        plane = jnp.where(room < least, room, plane)
         least = jnp.minimum(room, least)
-    others = nearest_other_ways(people.field, people.groups, x, jax.lax.stop_gradient(away), SURFACES - 1)
+    others = nearest_others(people.field, people.groups, x, away, plane, SURFACES - 1)
     distances = [jnp.where(one.some, one.distance - margin(one.offset), FAR) for one in others]
     directions = [unit(one.offset) for one in others]
     return Reading(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hrcjax import safety
 from hrcjax.field import FAR, FieldParams, GridLayout, fit, fit_grid
-from hrcjax.field.near import MEMBERS, grouped, groups_of, nearest_other_ways
+from hrcjax.field.near import MEMBERS, another, grouped, groups_of, nearest_others
 from hrcjax.geom.cloud import Cloud
 from hrcjax.sim import Fields, Frames, fit_fields, read_fields
 
@@ -32,7 +32,7 @@ def cloud_of(points, dtype=np.float64, places=PLACES):
 def others(cloud, x, away):
     cloud = grouped(cloud)
     number = jax.tree.map(lambda v: jnp.asarray(v, x.dtype), FieldParams())
-    found = nearest_other_ways(fit(cloud, number), groups_of(cloud), x, away)
+    found = nearest_others(fit(cloud, number), groups_of(cloud), x, away, jnp.asarray(FAR, x.dtype), 2)
     return [(one.some, one.distance, one.offset) for one in found]
 
 
@@ -156,3 +156,51 @@ def test_whoever_is_nearer_without_a_point_leaves_the_points_to_the_other_surfac
     seen = between_walls(x, jnp.asarray(0.1))
     np.testing.assert_allclose(seen.person_distance[0], 0.05, atol=1e-6)
     assert np.isclose(seen.person_distance[1:], 0.41 - 0.035, atol=1e-4).any()
+
+
+def with_hand(angle: float, reach: float = 0.32, before: float = 0.30):
+    """A wall of people `before` x = 0 in metres, and a hand in a direction `angle` degrees from its normal, `reach` away."""
+    rng = np.random.default_rng(0)
+    turn = np.deg2rad(angle)
+    hand = reach * np.array([np.cos(turn), np.sin(turn), 0.0]) + rng.uniform(-0.01, 0.01, (20, 3))
+    return np.concatenate([wall(before), hand])
+
+
+@pytest.mark.parametrize("angle", [40.0, 48.0, 55.0])
+def test_a_hand_before_a_trunk_limits_motion_towards_it(angle: float) -> None:
+    """Less than 60 degrees from the trunk, and as near: sliding along the trunk ends at the hand, which the trunk's limit does not see."""
+    points, toward = with_hand(angle), np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle)), 0.0])
+    x, away = jnp.zeros(3), jnp.asarray([-1.0, 0.0, 0.0])
+    (some, d, offset), _ = others(cloud_of(points, places=400), x, away)
+    assert bool(some) and float(d) < 0.02 + np.linalg.norm(points[-20:], axis=1).min()
+    assert -np.asarray(offset) @ toward > 0.98 * float(d), "the hand, or a part of its group"
+    g = jnp.stack([away, jnp.asarray(offset) / d])[None]
+    slide = jnp.asarray([0.0, 0.2, 0.0])
+    governed = jax.jit(safety.governed)
+    np.testing.assert_allclose(governed(slide, jnp.eye(3)[None], g[:, :1], jnp.zeros((1, 1))), slide, atol=0.003)
+    assert toward @ np.asarray(governed(slide, jnp.eye(3)[None], g, jnp.zeros((1, 2)))) < 0.03 < 0.5 * toward @ np.asarray(slide)
+
+
+@few
+@given(seeds)
+def test_no_other_part_of_a_ball_is_in_front(seed: int) -> None:
+    """All its groups within 60 degrees of its nearest point belong to that surface: a part that is none takes no place of one."""
+    rng = np.random.default_rng(seed)
+    x, radius = rng.uniform(-0.2, 0.2, 3), rng.uniform(0.1, 0.6)
+    middle = rng.normal(size=3)
+    middle *= (radius + rng.uniform(0.05, 0.5)) / np.linalg.norm(middle)
+    ball = rng.normal(size=(200, 3))
+    body = x + middle + radius * ball / np.linalg.norm(ball, axis=1)[:, None]
+    away, reach = -middle / np.linalg.norm(middle), np.linalg.norm(middle) - radius
+    groups = groups_of(grouped(cloud_of(body)))
+    found = np.asarray(another(groups, jnp.asarray(x), jnp.asarray(away), jnp.asarray(reach)))
+    way = x - np.asarray(groups.centre)
+    there = np.asarray(groups.some)
+    np.testing.assert_array_equal(found[there], (way @ away <= 0.5 * np.linalg.norm(way, axis=1))[there])
+
+
+def test_a_plane_without_points_counts_as_a_nearer_surface(between_walls) -> None:
+    """Somebody may be from 0.1 m on, outwards: the wall at 0.30 m is behind, in the same direction, and is no surface of its own."""
+    seen = between_walls(jnp.asarray([0.05, 0.0, 0.0]), jnp.asarray(0.1))
+    toward = -np.asarray(seen.person_gradient)[1:, 0]
+    assert not np.any((toward > 0.5) & (np.asarray(seen.person_distance)[1:] < 0.3))

@@ -243,7 +243,7 @@ def test_attraction_and_repulsion_set_the_pace(visited, programs, cell, at, moti
 
 def test_surfaces_beyond_the_nearest_count(visited, cell, at, monkeypatch):
     """Without the second and third surface of the person the serial loop goes another way."""
-    monkeypatch.setattr(serial_fields, "other_ways", lambda *_: [])
+    monkeypatch.setattr(serial_fields, "other_surfaces", lambda *_: [])
     _, theirs = visited["both"]
     assert np.abs(alone_in_numpy(cell, visit(at)).tool - theirs.tool).max() > 1e-4
 

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.safety import between_factor, half_gaps
@@ -59,4 +60,18 @@ def test_gaps_of_the_arm() -> None:
     arm = with_tool(load_arm("ur5"), 0.12, 0.03)
     gaps = half_gaps(arm.control_links, arm.control_offsets)
     assert gaps.shape == arm.control_radii.shape and gaps.max() < 0.06
-    np.testing.assert_allclose(gaps[-1], 0.02)  # of the two spheres of the tool, 4 cm apart
+    np.testing.assert_allclose(gaps[-1], 0.03)  # of the two spheres of the tool, 6 cm apart
+
+
+@pytest.mark.parametrize("length, radius", [(0.12, 0.03), (0.3, 0.02)])
+def test_no_capsule_ends_beyond_the_control_points(length: float, radius: float) -> None:
+    """The factor speaks of points between two control points; beyond the last one a turning link approaches faster than both."""
+    arm = with_tool(load_arm("ur5"), length, radius)
+    links, offsets = np.array(arm.control_links), np.asarray(arm.control_offsets)
+    for link, *ends in zip(arm.capsule_links, arm.capsule_a, arm.capsule_b, strict=True):
+        if link < 1:
+            continue
+        for end in ends:
+            assert np.linalg.norm(offsets[links == link] - end, axis=1).min() < 0.061, (link, end)
+    tip = np.asarray(arm.capsule_b[-1])
+    assert np.linalg.norm(offsets[links == arm.tool_link] - tip, axis=1).min() < 1e-9
