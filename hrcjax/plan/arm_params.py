@@ -53,8 +53,8 @@ class ArmPlanSizes:
     """Configurations at which the path is checked, start and goal among them."""
     iterations: int = 10
     """Gauss-Newton steps for every guess, with the penalty growing."""
-    polish: int = 10
-    """Levenberg-Marquardt steps for the best one."""
+    polish: int = 20
+    """Most Levenberg-Marquardt steps for the best one."""
     guesses: int = 5
     """Straight line, descent, arch over, arches to both sides, then seeded random detours."""
     waypoints: int = 48
