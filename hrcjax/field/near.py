@@ -116,9 +116,7 @@ def _places(field: GPField) -> int:
     return (1 << (field.points.shape[0] - 1).bit_length()) - 1
 
 
-def another(
-    groups: Groups, x: Vector3, away: Vector3, distance: Float[Array, ""]
-) -> Bool[Array, "group"]:
+def another(groups: Groups, x: Vector3, away: Vector3, distance: Float[Array, ""]) -> Bool[Array, "group"]:
     """Which groups do not belong to a nearer surface: their direction differs from its direction by more than 60 degrees, or they
     are in front of the plane through its nearest point, as a hand before a trunk. Points of a convex body never are.
 

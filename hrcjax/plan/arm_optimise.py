@@ -167,5 +167,11 @@ def polished(task: ArmTask, inner: Inner, sizes: ArmPlanSizes) -> Inner:
         kept = jax.tree.map(lambda new, old: jnp.where(better, new, old), (tried, there), (inner, at))
         return count + 1, jnp.max(jnp.abs(move)), *kept, damping
 
-    start = (jnp.asarray(0), jnp.asarray(jnp.inf, inner.dtype), inner, evaluate(inner), jnp.asarray(path.damping, inner.dtype))
+    start = (
+        jnp.asarray(0),
+        jnp.asarray(jnp.inf, inner.dtype),
+        inner,
+        evaluate(inner),
+        jnp.asarray(path.damping, inner.dtype),
+    )
     return jax.lax.while_loop(going, step, start)[2]

@@ -108,7 +108,9 @@ def _along_curve(cell: list[int], bits: int = 8) -> int:
     return int("".join(x + y + z for x, y, z in zip(*digits, strict=True)), 2)
 
 
-def other_surfaces(field: Field, x: NDArray, away: NDArray, plane: float, count: int = 2) -> list[tuple[float, NDArray]]:
+def other_surfaces(
+    field: Field, x: NDArray, away: NDArray, plane: float, count: int = 2
+) -> list[tuple[float, NDArray]]:
     """The nearest points in directions over 60 degrees from those of all nearer ones, or in front of them: distance [m], vector to
     the query [m].
 

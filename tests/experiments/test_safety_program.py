@@ -297,7 +297,11 @@ def test_rows_of_chance() -> None:
     }  # fmt: skip
     found = rows.all_rows({"chance/a": part, "chance/b": part, "still/a": part}, 0.01, 1.0, 10.0)
     value = {name: entry["value"] for name, entry in found.items()}
-    assert value["chance_episodes"] == 6 and value["chance_violations"] == 4 == value["chance_violations_now"] and value["chance_speed_in_stop"] == 2
+    assert (
+        value["chance_episodes"] == 6
+        and value["chance_violations"] == 4 == value["chance_violations_now"]
+        and value["chance_speed_in_stop"] == 2
+    )
     assert value["chance_per_s"] == 1.5 and value["chance_upper"] == upper_limit(4, 6)
     assert value["no_retreat_violations"] == 2 and all(rows.definition(name) for name in found)
 

@@ -178,7 +178,11 @@ def test_a_hand_before_a_trunk_limits_motion_towards_it(angle: float) -> None:
     slide = jnp.asarray([0.0, 0.2, 0.0])
     governed = jax.jit(safety.governed)
     np.testing.assert_allclose(governed(slide, jnp.eye(3)[None], g[:, :1], jnp.zeros((1, 1))), slide, atol=0.003)
-    assert toward @ np.asarray(governed(slide, jnp.eye(3)[None], g, jnp.zeros((1, 2)))) < 0.03 < 0.5 * toward @ np.asarray(slide)
+    assert (
+        toward @ np.asarray(governed(slide, jnp.eye(3)[None], g, jnp.zeros((1, 2))))
+        < 0.03
+        < 0.5 * toward @ np.asarray(slide)
+    )
 
 
 @few
