@@ -20,7 +20,7 @@ from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 
 _WAVE = (4 * math.pi) ** 2
 """Square of the wave number, times the length of the path, at which constraint and path are compared."""
-_MOVES = 3
+_MOVES = 2
 """Newton steps for each evaluation of the obstacles' distances."""
 _INTO = 3.0
 """Farthest that a step goes beyond an obstacle's half-space, or deeper into it, over the reach of the push [1]."""

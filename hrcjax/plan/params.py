@@ -73,7 +73,7 @@ class PlanSizes:
     waypoints: int = 48
     """Waypoints of the path, start and goal among them."""
     iterations: int = 10
-    """Iterations of the path optimiser; in each the obstacles' distances are evaluated once, and three Newton steps taken."""
+    """Iterations of the path optimiser; in each the obstacles' distances are evaluated once, and two Newton steps taken."""
 
     def __post_init__(self) -> None:
         """Raises: ValueError if a size is too small."""
