@@ -66,7 +66,14 @@ def measured(config: PlanBenchmarkConfig, planners: tuple[str, ...]) -> tuple[Ro
         if config.space != "arm":
             origins["point"] = read(store.take("about", lambda: stored(about()))[0])
             found = measure_points(
-                store, config.scenes, config.seed, config.unseen, config.lagrange, planners, config.budget, config.figures
+                store,
+                config.scenes,
+                config.seed,
+                config.unseen,
+                config.lagrange,
+                planners,
+                config.budget,
+                config.figures,
             )
             rows, figures = dict(found.rows), found.figures
             print(printed(rows) + "\n")

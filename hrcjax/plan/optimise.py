@@ -106,9 +106,7 @@ def _no_longer(move: Float[Array, "waypoint 3"], longest: Scalar) -> Float[Array
     return move * jnp.where(far, longest / jnp.sqrt(jnp.where(far, squared, 1)), 1)
 
 
-def _obstacle_push(
-    planes: HalfSpaces, spare: Float[Array, "obstacle sample"], count: int, stiff: _Stiffness
-) -> _Push:
+def _obstacle_push(planes: HalfSpaces, spare: Float[Array, "obstacle sample"], count: int, stiff: _Stiffness) -> _Push:
     """Of the obstacles, on the waypoints and midway between them: how far they are kept, on `count` segments."""
     normal = planes.normal
     push, held = push_back(spare, *stiff)

@@ -16,6 +16,8 @@ FACTOR = 4.0
 """Growth of the penalty after a round that has not divided the residual by this."""
 CLOSE = 1e-6
 """Residual at which the rounds end, in the unit of the constraints."""
+FLAT = 1e-3
+"""Slope at which they end, in the root of the objective's unit."""
 
 
 class Problem(NamedTuple):
@@ -36,7 +38,13 @@ class Minimum(NamedTuple):
     x: NDArray
     residual: float
     """Largest |min(constraint, multiplier / penalty)|: 0 if all are kept and only those that bind push."""
-    rounds: int
+    slope: float
+    """Length of S^T times the Lagrangian's gradient; about half its square is still to be gained."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether both conditions of a minimum hold closely."""
+        return self.residual <= CLOSE and self.slope <= FLAT
 
 
 def minimum(
@@ -53,23 +61,27 @@ def minimum(
     """
     x, before = np.array(start, float), np.inf
     multipliers = np.zeros_like(problem.constraints(x))
-    residual, done = np.inf, 0
-    while done < rounds and residual > CLOSE:
-        x = _minimised(problem, x, multipliers, penalty, steps)
+    found = Minimum(x, np.inf, np.inf)
+    for _ in range(rounds):
+        x, slope = _minimised(problem, x, multipliers, penalty, steps)
         kept = problem.constraints(x)
-        residual = float(np.abs(np.minimum(kept, multipliers / penalty)).max(initial=0.0))
+        found = Minimum(x, float(np.abs(np.minimum(kept, multipliers / penalty)).max(initial=0.0)), slope)
+        if found.converged:
+            break
         multipliers = np.maximum(multipliers - penalty * kept, 0)
-        if residual > before / FACTOR:
+        if found.residual > max(before / FACTOR, CLOSE):
             penalty *= FACTOR
-        before, done = residual, done + 1
-    return Minimum(x, residual, done)
+        before = found.residual
+    return found
 
 
-def _minimised(problem: Problem, x: NDArray, multipliers: NDArray, penalty: float, steps: int) -> NDArray:
+def _minimised(problem: Problem, x: NDArray, multipliers: NDArray, penalty: float, steps: int) -> tuple[NDArray, float]:
+    """The minimum of one round, and the slope that is left."""
+
     def value_and_slope(y: NDArray) -> tuple[float, NDArray]:
         value, slope = problem.augmented(x + problem.scale @ y, multipliers, penalty)
         return value, problem.scale.T @ slope
 
     options = {"maxiter": steps, "maxfun": 2 * steps, "ftol": 1e-12, "gtol": 1e-7, "maxcor": 20}
     found = minimize(value_and_slope, np.zeros_like(x), jac=True, method="L-BFGS-B", options=options)
-    return x + problem.scale @ found.x
+    return x + problem.scale @ found.x, float(np.linalg.norm(found.jac))

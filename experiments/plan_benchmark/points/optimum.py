@@ -1,6 +1,6 @@
 """The optimiser's paths against the least cost that an augmented Lagrangian finds, in scenes whose constraints bind hard."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -33,11 +33,11 @@ OTHER_SEED = 7
 GUESSES = 18
 """Its starts besides the planners' paths."""
 STIFF = 3000.0
-"""First penalty where the side of the start is kept: some tens of micrometres of violation [1/m^2]."""
+"""First penalty where the path shall hardly slip to another side: some tens of micrometres of violation [1/m^2]."""
 SAME = 1e-5
 """Difference of the distances kept that does not count [m]."""
-CONVERGED = 1e-5
-"""Residual up to which a minimum counts [m]."""
+MORE = 1e-3
+"""Most by which the distance asked for is lowered at once, as it may not bind at all [m]."""
 FAR = 5.0
 """Distance beyond which a constraint is as good as absent [m]."""
 
@@ -164,38 +164,42 @@ def path_problem(scene: Scene, required: float, count: int, length: float) -> Pr
 def _minimum(
     scene: PointScene, given: Scene, start: NDArray, required: float, penalty: float = FIRST_PENALTY
 ) -> tuple[NDArray, float]:
-    """The waypoints to which a start leads, and the residual."""
+    """The waypoints to which a start leads, and the residual; infinite if rounds did not suffice."""
     length = float(np.linalg.norm(np.diff(start, axis=0), axis=1).sum())
     found: Minimum = minimum(path_problem(given, required, len(start), length), start[1:-1].ravel(), penalty)
-    return _between(scene, np.concatenate([start[:1], found.x.reshape(-1, 3), start[-1:]])), found.residual
+    return _between(
+        scene, np.concatenate([start[:1], found.x.reshape(-1, 3), start[-1:]])
+    ), found.residual if found.converged else np.inf
 
 
 def settled(scene: PointScene, given: Scene, start: NDArray, allowed: float) -> tuple[NDArray, float]:
-    """The minimum on a start's side whose spline violates the distance by no more than allowed; waypoints and residual.
+    """The minimum near a start whose spline violates the distance by no more than allowed; waypoints and residual.
 
-    Between the samples the spline may come nearer by a tenth of a mm: that much more is asked for at them.
+    Between the samples the spline may be nearer or farther by a tenth of a mm: that much more or less is asked for at them.
     """
     required, x, residual = REQUIRED - allowed, start, np.inf
     for _ in range(5):
-        x, residual = _minimum(scene, given, x, required, STIFF)
+        x, residual = _minimum(scene, given, start, required, STIFF)
+        if not np.isfinite(residual):  # its line search may fail where many stiff constraints change at once
+            x, residual = _minimum(scene, given, start, required)
         over = checked(scene, x).violation - allowed
-        if over <= SAME:
+        if abs(over) <= SAME:
             break
-        required += over
+        required += max(over, -MORE)
     return x, residual
 
 
 def starts(scene: PointScene, count: int) -> NDArray:
     """First guesses (guess waypoint 3): the arch over the obstacles, the straight line, bows all round it, detours [m]."""
-    ends = [jnp.asarray(x) for x in (scene.start, scene.goal, scene.lower, scene.upper)]
-    aside = jnp.asarray(detours(count - 1, OTHER_SEED), ends[0].dtype)
+    start, goal, lower, upper = (jnp.asarray(x) for x in (scene.start, scene.goal, scene.lower, scene.upper))
+    aside = jnp.asarray(detours(count - 1, OTHER_SEED), start.dtype)
     return np.concatenate([
-        np.asarray(arch(ends[0], ends[1], ends[3], SIZES.waypoints))[None],
-        np.asarray(detour_guesses(*ends, aside, SIZES.waypoints)),
+        np.asarray(arch(start, goal, upper, SIZES.waypoints))[None],
+        np.asarray(detour_guesses(start, goal, lower, upper, aside, SIZES.waypoints)),
     ])  # fmt: skip
 
 
-Paths = dict[str, tuple[NDArray, bool]]
+Paths = Mapping[str, tuple[NDArray, bool]]
 
 
 def compared(
@@ -204,7 +208,8 @@ def compared(
     """Each planner's path in a scene, and the best that the augmented Lagrangian finds, as arrays over COMPARED.
 
     cost, violation, claimed: of the planner's path by the dense check. best_*: the least cost found from any start, keeping the
-    distance in full. equal_*: the same, allowed the violation that the planner's path has. own_*: as equal_*, from the planner's path alone.
+    distance in full. equal_*: the same, allowed the violation that the planner's path has. own_*: as equal_*, from the planner's path alone, or equal_* where
+    that leads to no minimum.
     """
     ours = planner(scene)
     verdicts = {name: checked(scene, ours[name][0]) for name in COMPARED}
@@ -212,20 +217,22 @@ def compared(
         given = scene.for_library(RADIUS, jnp.float64)
         tried = [ours[name][0] for name in COMPARED] + list(starts(scene, guesses))
         found = [_minimum(scene, given, start, REQUIRED) for start in tried]
-        good = [x for x, residual in found if residual <= CONVERGED]
+        good = [x for x, residual in found if np.isfinite(residual)]
         if not good:
             return {"solved": False}
         near = min(good, key=lambda x: checked(scene, x).cost)
         best, residual = settled(scene, given, near, 0.0)
-        out: dict[str, Any] = {"solved": residual <= CONVERGED, "starts": len(tried), "converged": len(good)}
+        out: dict[str, Any] = {"solved": np.isfinite(residual), "starts": len(tried), "converged": len(good)}
         out |= {"best_waypoints": best, "residual": residual, **_named("best", checked(scene, best))}
         each: dict[str, list[Any]] = {}
-        for k, name in enumerate(COMPARED):
+        for name in COMPARED:
             allowed = max(verdicts[name].violation, 0.0)
             own, own_residual = settled(scene, given, ours[name][0], allowed)
             equal, equal_residual = settled(scene, given, near, allowed) if allowed else (best, residual)
             own_checked, equal_checked = checked(scene, own), checked(scene, equal)
-            if own_checked.cost < equal_checked.cost and own_residual <= CONVERGED:
+            if not np.isfinite(own_residual):
+                own_checked = equal_checked
+            elif own_checked.cost < equal_checked.cost:
                 equal_checked, equal_residual = own_checked, own_residual
             said = {
                 "claimed": ours[name][1], "waypoints": ours[name][0], "own_residual": own_residual, "equal_residual": equal_residual,

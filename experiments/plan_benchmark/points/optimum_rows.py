@@ -30,7 +30,7 @@ def excess(cases: Sequence[Case], of: str, k: int) -> NDArray:
 
 
 def optimum_rows(cases: Sequence[Case]) -> Rows:
-    """All rows; scenes in which the augmented Lagrangian found nothing are counted apart."""
+    """All rows; scenes in which the augmented Lagrangian found nothing are counted apart. A planner's failure counts as not within."""
     solved = [case for case in cases if bool(case["solved"])]
     rows: Rows = {
         f"{BEGIN}_scenes": {"value": float(len(cases)), "unit": "scenes"},
@@ -39,14 +39,18 @@ def optimum_rows(cases: Sequence[Case]) -> Rows:
     if not solved:
         return rows
 
-    def largest(name: str, values: Sequence[Any], unit: str) -> None:
-        rows[f"{BEGIN}_{name}"] = {"value": float(np.max(np.array(values, float))), "unit": unit}
+    def largest(name: str, values: Sequence[Any] | NDArray, unit: str) -> None:
+        finite = np.array(values, float)
+        finite = finite[np.isfinite(finite)]
+        rows[f"{BEGIN}_{name}"] = {"value": float(finite.max()) if len(finite) else np.nan, "unit": unit}
 
     for k, name in enumerate(COMPARED):
         for of, begin in (("best", ""), ("equal", "equal_"), ("own", "own_")):
             over = excess(solved, of, k)
-            largest(f"{begin}cost_max_{name}", over.tolist(), "1")
+            largest(f"{begin}cost_max_{name}", over, "1")
             rows[f"{BEGIN}_{begin}within_{name}"] = row(share(over <= WITHIN), "1")
+        failed = ~np.isfinite(excess(solved, "best", k))
+        rows[f"{BEGIN}_failed_{name}"] = {"value": float(failed.sum()), "unit": "scenes"}
         largest(f"violation_{name}", [1000 * case["violation"][k] for case in solved], "mm")
     largest("violation_best", [1000 * case["best_violation"] for case in solved], "mm")
     largest("residual", [1000 * case["residual"] for case in solved], "mm")

@@ -22,7 +22,16 @@ from .optimum_rows import optimum_rows
 from .paper import paper_rows
 from .scenes import PointScene, draw_scene, feasible_scenes
 
-AFTERWARDS = ("measures.py", "intervals.py", "figures.py", "page.py", "words.py", "run.py", "optimum_rows.py")
+AFTERWARDS = (
+    "measures.py",
+    "intervals.py",
+    "figures.py",
+    "page.py",
+    "words.py",
+    "run.py",
+    "optimum_rows.py",
+    "optimum_page.py",
+)
 """Files that only read finished cases."""
 EXTRA = "pip install 'hrcjax[baselines]'"
 
@@ -83,7 +92,14 @@ def _scenes(store: RunStore, count: int, seed: int) -> tuple[dict[int, PointScen
 
 
 def measure_points(
-    store: RunStore, count: int, seed: int, unseen: int, lagrange: int, names: Sequence[str], budget: float, figures: bool
+    store: RunStore,
+    count: int,
+    seed: int,
+    unseen: int,
+    lagrange: int,
+    names: Sequence[str],
+    budget: float,
+    figures: bool,
 ) -> Measured:
     """Runs or resumes the comparison in the folder of a run.
 
