@@ -12,7 +12,7 @@ DESCRIPTION = """Measure the planners. Two spaces:
 
   point   planners of a point in seeded scenes with obstacles on the straight line: gradient descent, plain and improved
           potential field, the optimiser after one descent and from many starts, and OMPL's RRT*, Informed RRT* and BFMT*;
-          one check, one clearance, one law of time for all
+          one check, one clearance, one law of time for all; and the optimiser's cost against an augmented Lagrangian's
   arm     the planner of the whole arm: problems of a UR5 among boxes, each path accepted by an exact collision check at
           steps of 2 degrees, and the speed of plans in the Robotica paper's scene
 
@@ -52,6 +52,8 @@ class PlanBenchmarkConfig:
     """Planners of a point; none named: all. gradient_descent, plain_apf, iapf, iapf_optimised, multi_start, multi_start_slack, rrt_star, informed_rrt_star, bfmt_star."""
     budget: float = 1.0
     """Time of each of OMPL's planners for a scene, simplification included [s]."""
+    lagrange: int = 50
+    """Scenes with three times the clearance, in which the optimiser's paths are held against an augmented Lagrangian's. 0: none."""
     out: Path | None = None
     """Folder of the run; runs/plan_benchmark-FINGERPRINT if not given, so that the same command resumes."""
     figures: bool = True
@@ -65,7 +67,7 @@ class PlanBenchmarkConfig:
     settings: int = 128
     """Settings of K_att, K_rep and zeta for which the arm is planned at once in the Robotica paper's scene. 0: none."""
     quick: bool = False
-    """At most 10 scenes, and 4 of other seeds, with 0.2 s for OMPL's planners; 50 problems, 16 settings."""
+    """At most 10 scenes, 4 of other seeds and 2 for the augmented Lagrangian, with 0.2 s for OMPL's planners; 50 problems, 16 settings."""
     json: Path | None = None
     """Output file {"plan_benchmark": {row: {value, unit}}}; other sections, and the rows of the other space, are kept."""
     page: Path | None = None
@@ -76,7 +78,7 @@ def reduced(config: PlanBenchmarkConfig) -> PlanBenchmarkConfig:
     """The options of a quick run."""
     count = min(config.count or 50, 50)
     return replace(
-        config, scenes=min(config.scenes, 10), unseen=min(config.unseen, 4), budget=min(config.budget, 0.2), count=count, settings=min(config.settings, 16)
+        config, scenes=min(config.scenes, 10), unseen=min(config.unseen, 4), lagrange=min(config.lagrange, 2), budget=min(config.budget, 0.2), count=count, settings=min(config.settings, 16)
     )  # fmt: skip
 
 

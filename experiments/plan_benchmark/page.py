@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .about import sentence
+from .points.optimum_page import optimum_page
 from .points.page import point_page
 from .points.words import definition, judged
 from .rows import BARS, DEFINITIONS, POINT, Rows, holds
@@ -54,6 +55,7 @@ def page(rows: Rows, figures: Sequence[str] = (), origins: Mapping[str, Mapping[
         text += "\n" + bars_table(rows, point)
         if said := judged(rows, holds):
             text += "\n" + said + "\n"
+    text += optimum_page(rows)
     if figures:
         text += "\nFigures in the folder of the run:\n\n" + "\n".join(f"* {line}" for line in figures) + "\n"
     arm = [name for name in rows if not name.startswith(POINT)]

@@ -23,6 +23,10 @@ BARS: dict[str, tuple[str, float]] = {
     "point_success_multi_start_slack": (">=", 0.99),
     "point_best_share_multi_start": (">=", 0.9),
     "point_best_share_multi_start_slack": (">=", 0.9),
+    "point_lagrange_cost_max_multi_start": ("<=", 0.01),
+    "point_lagrange_within_multi_start": (">=", 1.0),
+    "point_lagrange_equal_cost_max_multi_start": ("<=", 0.01),
+    "point_lagrange_equal_within_multi_start": (">=", 1.0),
     "point_paper_length_touching": ("<=", 74.0),
     "point_paper_bending_touching": ("<=", 0.03),
 }

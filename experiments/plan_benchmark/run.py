@@ -24,7 +24,7 @@ from .rows import Rows, holds
 
 def _check(config: PlanBenchmarkConfig) -> None:
     """Everything that can be refused before anything is measured."""
-    for option, least in (("settings", 0), ("scenes", 1), ("seed", 0), ("unseen", 0)):
+    for option, least in (("settings", 0), ("scenes", 1), ("seed", 0), ("unseen", 0), ("lagrange", 0)):
         if getattr(config, option) < least:
             raise UsageError(f"--{option} {getattr(config, option)}: accepted is {least} or more")
     if not 0 < config.budget < math.inf:
@@ -66,7 +66,14 @@ def measured(config: PlanBenchmarkConfig, planners: tuple[str, ...]) -> tuple[Ro
         if config.space != "arm":
             origins["point"] = read(store.take("about", lambda: stored(about()))[0])
             found = measure_points(
-                store, config.scenes, config.seed, config.unseen, planners, config.budget, config.figures
+                store,
+                config.scenes,
+                config.seed,
+                config.unseen,
+                config.lagrange,
+                planners,
+                config.budget,
+                config.figures,
             )
             rows, figures = dict(found.rows), found.figures
             print(printed(rows) + "\n")

@@ -22,6 +22,8 @@ _WAVE = (4 * math.pi) ** 2
 """Square of the wave number, times the length of the path, at which constraint and path are compared."""
 _MOVES = 2
 """Newton steps for each evaluation of the obstacles' distances."""
+_INTO = 3.0
+"""Farthest that a step goes beyond an obstacle's half-space, or deeper into it, over the reach of the push [1]."""
 _SMOOTHING = 16.0
 """Weight of the squared second differences in smoothing the guess: waves shorter than 13 segments are damped."""
 _LONG = (1.25, 1.5)
@@ -104,13 +106,10 @@ def _no_longer(move: Float[Array, "waypoint 3"], longest: Scalar) -> Float[Array
     return move * jnp.where(far, longest / jnp.sqrt(jnp.where(far, squared, 1)), 1)
 
 
-def _obstacle_push(
-    task: _Task, planes: HalfSpaces, x: Float[Array, "waypoint 3"], total: Array, stiff: _Stiffness
-) -> _Push:
-    """Of the obstacles, on the waypoints and midway between them."""
-    count, normal = x.shape[0] - 1, planes.normal
-    allowed = attainable_gap(task.required, task.at_start, task.at_goal, task.path.opening, total, task.place)
-    push, held = push_back(planes.gap(_samples(x)) - allowed, *stiff)
+def _obstacle_push(planes: HalfSpaces, spare: Float[Array, "obstacle sample"], count: int, stiff: _Stiffness) -> _Push:
+    """Of the obstacles, on the waypoints and midway between them: how far they are kept, on `count` segments."""
+    normal = planes.normal
+    push, held = push_back(spare, *stiff)
     block = [[jnp.sum(held * normal[i] * normal[j], axis=0) for j in range(3)] for i in range(3)]
     pushes = jnp.stack([jnp.sum(push * normal[i], axis=0) for i in range(3)], axis=-1)
     force = pushes[: count - 1] + (pushes[count - 1 : -1] + pushes[count:]) / 2
@@ -132,6 +131,20 @@ def _bounds_push(
     return up, down, held_up + held_down
 
 
+def _not_through(
+    planes: HalfSpaces, spare: Float[Array, "obstacle sample"], step: Float[Array, "waypoint 3"], softness: Array
+) -> Float[Array, "waypoint 3"]:
+    """The step of all waypoints, scaled down so that no sample goes far into a half-space.
+
+    Newton's matrix hardly feels an obstacle that is kept by more than the softness. Without this the path runs through it, is
+    pushed back by the next step, and so to and fro.
+    """
+    nearer = -jnp.sum(planes.normal * _samples(step).T[:, None, :], axis=0)
+    room = jnp.maximum(spare, 0) + _INTO * softness
+    far = nearer > room
+    return step * jnp.min(jnp.where(far, room / jnp.where(far, nearer, 1), 1), initial=1.0)
+
+
 def _newton_step(
     task: _Task, planes: HalfSpaces, x: Float[Array, "waypoint 3"], softness: Float[Array, ""]
 ) -> Float[Array, "waypoint 3"]:
@@ -143,7 +156,9 @@ def _newton_step(
     unit = (path.omega1 * _WAVE / total + 2 * path.omega2 * _WAVE * _WAVE / total**3) / count
     stiff = _Stiffness(path.penalty * unit, unit, softness)
 
-    push, diagonal, off = _obstacle_push(task, planes, x, total, stiff)
+    allowed = attainable_gap(task.required, task.at_start, task.at_goal, path.opening, total, task.place)
+    spare = planes.gap(_samples(x)) - allowed
+    push, diagonal, off = _obstacle_push(planes, spare, count, stiff)
     up, down, held = _bounds_push(task, x, total, stiff)
     diagonal = diagonal + held[:, :, None] * jnp.eye(3, dtype=x.dtype)
 
@@ -151,7 +166,8 @@ def _newton_step(
     force = push + up - down - path.omega2 * energy_gradient
     force = force - (path.omega1 - 3 * path.omega2 * energy / total * lengthening) * length_gradient
     step = band_solve(*with_bands(diagonal, off, a, b), b, force)
-    return x + jnp.pad(_no_longer(step, path.move_max), ((1, 1), (0, 0)))
+    step = jnp.pad(_no_longer(step, path.move_max), ((1, 1), (0, 0)))
+    return x + _not_through(planes, spare, step, softness)
 
 
 def _softness(path: PathParams, iterations: int, dtype: jnp.dtype) -> Float[Array, "iteration move"]:
@@ -175,7 +191,7 @@ def optimise_path(
     distances.
 
     Newton's method on the objective with a smooth penalty that stiffens towards the constraints: one band matrix a
-    step. An obstacle is a half-space through its nearest point, which is on the safe side of a convex one. The
+    step, and no step through an obstacle. An obstacle is a half-space through its nearest point, which is on the safe side of a convex one. The
     distances are asked for at the waypoints and midway between them. Which side of an obstacle the path takes is that
     of the given path, smoothed. If the distances cannot be kept the path tends to the least violation, and the status tells it.
     Differentiable by unrolling.

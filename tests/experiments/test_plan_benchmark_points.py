@@ -286,7 +286,7 @@ def test_sampling_planners_keep_clearance_and_time(name):
 
 def small(folder: Path, **changes) -> PlanBenchmarkConfig:
     base = PlanBenchmarkConfig(
-        space="point", scenes=2, unseen=0, planners=("gradient_descent",), out=folder, figures=False
+        space="point", scenes=2, unseen=0, lagrange=0, planners=("gradient_descent",), out=folder, figures=False
     )
     return replace(base, **changes)
 

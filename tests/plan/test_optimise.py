@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 
 from hrcjax.numerics import safe_norm
 from hrcjax.plan import PlanParams, optimise_path
+from hrcjax.plan.point_guesses import detour_guesses, detours
 
 COUNT = 40
 WIDE = jnp.full(3, 10.0)
@@ -207,3 +208,34 @@ def test_sizes_are_checked():
     for count, iterations in ((3, 5), (8, -1)):
         with pytest.raises(ValueError, match="accepted are at least"):
             optimise_path(params(), jnp.zeros((count, 3)), s.distances, s.radius, s.lower, s.upper, iterations)
+
+
+def test_guesses_through_obstacles_come_to_rest():
+    """Of bows and the straight line among columns, those that can be kept at all are kept after the usual 10 iterations.
+
+    Without the limit of a step 17 % of them still run to and fro through the columns.
+    """
+    low, high = jnp.asarray([-0.05, 0.1, 0.02]), jnp.asarray([0.85, 0.85, 0.6])
+    aside = jnp.asarray(detours(7))
+
+    def optimised(iterations):
+        def kept(centers):
+            s = scene("columns", centers=centers)
+            guesses = detour_guesses(s.start, s.goal, low, high, aside, COUNT)
+
+            def one(guess):
+                found = optimise_path(params(3.0), guess, s.distances, s.radius, low, high, iterations)
+                return found.clear & found.inside
+
+            return jax.lax.map(one, guesses)
+
+        return jax.jit(lambda centers: jax.lax.map(kept, centers))
+
+    def drawn(seed):
+        draw = np.random.default_rng(seed)
+        at = START + draw.uniform(0.2, 0.8, (4, 1)) * (GOAL - START) + draw.uniform(-0.04, 0.04, (4, 3))
+        return np.column_stack([at[:, :2], draw.uniform(0.15, 0.5, 4)])
+
+    centers = jnp.asarray([drawn(seed) for seed in range(12)])
+    soon, at_last = (np.asarray(optimised(iterations)(centers)) for iterations in (10, 40))
+    assert at_last.sum() > 50 and soon[at_last].mean() > 0.9

@@ -17,10 +17,21 @@ from hrcjax.lab.provenance import LOADED_CODE, file_digest
 from . import sampling, timing
 from .cases import PLANNERS, Bench, names_of, stored_scenes
 from .measures import BASELINES, MANY, UNSEEN, Rows, point_rows, unseen_rows
+from .optimum import compared, hard_scenes
+from .optimum_rows import optimum_rows
 from .paper import paper_rows
 from .scenes import PointScene, draw_scene, feasible_scenes
 
-AFTERWARDS = ("measures.py", "intervals.py", "figures.py", "page.py", "words.py", "run.py")
+AFTERWARDS = (
+    "measures.py",
+    "intervals.py",
+    "figures.py",
+    "page.py",
+    "words.py",
+    "run.py",
+    "optimum_rows.py",
+    "optimum_page.py",
+)
 """Files that only read finished cases."""
 EXTRA = "pip install 'hrcjax[baselines]'"
 
@@ -81,13 +92,21 @@ def _scenes(store: RunStore, count: int, seed: int) -> tuple[dict[int, PointScen
 
 
 def measure_points(
-    store: RunStore, count: int, seed: int, unseen: int, names: Sequence[str], budget: float, figures: bool
+    store: RunStore,
+    count: int,
+    seed: int,
+    unseen: int,
+    lagrange: int,
+    names: Sequence[str],
+    budget: float,
+    figures: bool,
 ) -> Measured:
     """Runs or resumes the comparison in the folder of a run.
 
     Args:
         count: number of scenes; seed: first seed.
         unseen: number of scenes of other seeds, for shares alone.
+        lagrange: number of scenes in which the optimiser is held against an augmented Lagrangian.
         names: planners, as of `chosen`.
         budget: time of each sampling planner for a scene [s].
     """
@@ -102,6 +121,8 @@ def measure_points(
         if others:
             rows |= unseen_rows(_collect(store, others, compared, bench))
     rows |= {name: {"value": float(x), "unit": str(unit)} for name, (x, unit) in _paper(store).items()}
+    if lagrange:
+        rows |= optimum_rows(_lagrange(store, lagrange))
     rows["point_budget"] = {"value": budget, "unit": "s"}
     made: list[str] = []
     if figures:
@@ -119,6 +140,19 @@ def _paper(store: RunStore) -> dict[str, tuple[float, str]]:
 
     kept, _ = store.take("paper", case)
     return {str(n): (float(x), str(u)) for n, x, u in zip(kept["name"], kept["value"], kept["unit"], strict=True)}
+
+
+def _lagrange(store: RunStore, count: int) -> list[Case]:
+    kept, _ = store.take(f"scenes/lagrange-{count}", lambda: {"seed": np.array(list(hard_scenes(count)))})
+    found: list[Case] = []
+    with Progress(count, unit="scene") as progress:
+        for seed in kept["seed"]:
+            scene = draw_scene(int(seed))
+            if scene is not None:
+                case, computed = store.take(f"lagrange/{seed}", partial(compared, scene))
+                found.append(case)
+                progress.advance(1, None if computed else 0.0, f"scene {seed}, augmented Lagrangian")
+    return found
 
 
 def _collect(

@@ -109,7 +109,7 @@ def draw_scene(seed: int) -> PointScene | None:
     return PointScene(start, goal, kind, center, size, yaw, LOWER, UPPER)
 
 
-def way_exists(scene: PointScene) -> bool:
+def way_exists(scene: PointScene, clearance: float = CLEARANCE) -> bool:
     """Whether start and goal hang together in the cells of a grid whose neighbours' connecting lines keep the clearance.
 
     The distance changes by at most as much as the point moves: half a cell's edge on such a line.
@@ -117,7 +117,7 @@ def way_exists(scene: PointScene) -> bool:
     count = np.floor((scene.upper - scene.lower) / CELL + 1e-9).astype(int) + 1
     axes = [low + CELL * np.arange(n) for low, n in zip(scene.lower, count, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    labelled: Any = label(scene.distances(grid).min(axis=0) >= CLEARANCE + CELL / 2)
+    labelled: Any = label(scene.distances(grid).min(axis=0) >= clearance + CELL / 2)
     parts: NDArray = labelled[0]
     start, goal = (
         parts[tuple(np.clip(np.rint((x - scene.lower) / CELL).astype(int), 0, count - 1))]

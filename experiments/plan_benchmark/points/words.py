@@ -5,6 +5,7 @@ from typing import Any
 
 from .curve import TOLERANCE
 from .measures import BASELINES, BENT, KEYS, LONGER, MANY, MINE, UNITS, UNSEEN
+from .optimum_rows import WITHIN
 from .page import interval
 
 Rows = Mapping[str, Mapping[str, Any]]
@@ -65,6 +66,17 @@ DEFINITIONS = {
     "point_paper_distance": "least surface distance of that path",
     "point_paper_length_clear_3cm": "the same scene with 3 cm from the surfaces: length",
     "point_paper_bending_clear_3cm": "its bending energy",
+    "point_lagrange_scenes": "scenes in which the optimiser is held against the augmented Lagrangian",
+    "point_lagrange_unsolved": "of these, scenes in which the augmented Lagrangian found no minimum",
+    "point_lagrange_failed": "scenes in which the planner does not claim its path, or the dense check refuses it",
+    "point_lagrange_cost_max": "largest cost over the least that the augmented Lagrangian found with the whole distance kept, less 1",
+    "point_lagrange_within": f"share of scenes in which that is at most {WITHIN:g}; a failure is none",
+    "point_lagrange_equal_cost_max": "the same, the augmented Lagrangian allowed the violation that the planner's path has",
+    "point_lagrange_equal_within": f"share of scenes in which that is at most {WITHIN:g}",
+    "point_lagrange_own_cost_max": "the same, started from the planner's path alone: what the optimiser itself left",
+    "point_lagrange_own_within": f"share of scenes in which that is at most {WITHIN:g}",
+    "point_lagrange_violation": "most that is missing from the distance asked for by the dense check; negative: kept by more",
+    "point_lagrange_residual": "largest violation or push of a constraint that does not bind, at the least cost",
     "point_scenes": "scenes",
     "point_rejected": "seeds rejected for this reason",
     "point_budget": "time of a sampling planner for a scene",
