@@ -14,6 +14,11 @@ from hrcjax.safety.params import ClockParams
 from hrcjax.typing import Array, Bool, Float, Scalar
 
 _HALVINGS = 6
+"""Bisections of the interval in which the acceleration lies."""
+_STEPS = 3
+"""Newton steps after them: one is not enough where a kink lies between its start and the root."""
+_AT_ROOT = 0.01
+"""How far from the root the derivative may be taken, over what jerk changes in a tick [1]. In the last ticks before the end there may be none."""
 
 
 class ClockState(eqx.Module):
@@ -123,7 +128,7 @@ def _towards_end(
 ) -> Float[Array, ""]:
     """The largest acceleration in [lower, upper] after which the path's end is not overrun [m/s^2].
 
-    Bisection, then one Newton step; its derivative is that of the implicit function at the root. Where even
+    Bisection, then Newton steps; its derivative is that of the implicit function at the root. Where even
     `lower` overruns, the constant deceleration that stops in time, at most `brake`.
     """
 
@@ -137,9 +142,13 @@ def _towards_end(
         over = lax.stop_gradient(excess(middle)) > 0
         low, high = jnp.where(over, low, middle), jnp.where(over, middle, high)
     slope_of = jax.grad(excess)
-    root = lax.stop_gradient(low - safe_divide(excess(low), slope_of(low)))
+    root = low
+    for _ in range(_STEPS):
+        root = jnp.clip(lax.stop_gradient(root - safe_divide(excess(root), slope_of(root))), low, high)
     here = excess(root)  # its derivative there, that of an implicit function; the value stays
-    root = root - safe_divide(here - lax.stop_gradient(here), lax.stop_gradient(slope_of(root)))
+    at, slope = lax.stop_gradient((here, slope_of(root)))
+    is_root = (slope > 0) & (jnp.abs(at) <= _AT_ROOT * params.jerk * dt * slope)
+    root = root - jnp.where(is_root, (here - at) / jnp.where(is_root, slope, 1.0), 0.0)
     root = jnp.clip(root, lower, upper)
     emergency = jnp.maximum(jnp.minimum(lower, -safe_divide(v * v, 2 * r)), -params.brake)
     return jnp.where(excess(upper) <= 0, upper, jnp.where(excess(lower) > 0, emergency, root))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hrcjax.safety import ClockParams, advance, initial_clock, stop_length
+from hrcjax.safety import ClockParams, ClockState, advance, initial_clock, stop_length
 
 PARAMS = ClockParams()
 DT = 0.008
@@ -214,3 +214,29 @@ def test_derivatives_at_rest_are_finite() -> None:
         (1.0, 1.0, True),
     ):
         assert np.all(np.isfinite(slope(limit, r, hold)))
+
+
+def test_derivatives_of_a_stop_at_the_end_are_those_of_its_values() -> None:
+    """Random states about a planned stop, from 1 mm/s on, among them those whose braking just changes its form: a root that is not
+    reached has a derivative that is 10 and more times too large there."""
+    rng = np.random.default_rng(0)
+    count = 20_000
+    v, a = 10 ** rng.uniform(-3, -0.3, count), rng.uniform(-1.0, 0.3, count)
+    stop = np.asarray(jax.jit(jax.vmap(lambda v, a: stop_length(PARAMS, v, a, DT)))(jnp.asarray(v), jnp.asarray(a)))
+    left = stop * rng.uniform(0.9, 1.2, count) + v * DT * rng.uniform(0, 1.5, count)
+    limit = jnp.asarray(v * rng.uniform(0.8, 1.5, count))
+
+    def after(x):
+        def one(v, a, left, limit):
+            return advance(PARAMS, ClockState(jnp.zeros_like(v), v, a), limit, left, DT).a
+
+        return jax.vmap(one)(x[0], x[1], x[2], limit)
+
+    at, step = jnp.asarray(np.stack([v, a, left])), 1e-10
+    program = jax.jit(after)
+    for k in range(3):
+        way = jnp.zeros_like(at).at[k].set(1.0)
+        slope = jax.jit(lambda x, way: jax.jvp(after, (x,), (way,))[1])(at, way)
+        difference = (program(at + step * way) - program(at - step * way)) / (2 * step)
+        off = np.abs(slope - difference) / (1 + np.abs(difference))
+        assert off.max() < 0.05, (k, at[:, off.argmax()])
