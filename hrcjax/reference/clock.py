@@ -3,11 +3,12 @@
 from math import sqrt
 from typing import NamedTuple
 
+from scipy.optimize import brentq
+
 from hrcjax.safety import ClockParams
 
-HALVINGS = 6
-STEP = 1e-6
-"""Half width of the central difference for the derivative in Newton's step [m/s^2]."""
+ROUNDING = 1e-12
+"""Error of the acceleration [m/s^2]."""
 
 
 class Clock(NamedTuple):
@@ -82,13 +83,4 @@ def _towards_end(params: ClockParams, v: float, r: float, lower: float, upper: f
         return upper
     if excess(lower) > 0:
         return max(min(lower, -v * v / (2 * r) if r else 0.0), -params.brake)
-    low, high = lower, upper
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if excess(middle) > 0:
-            high = middle
-        else:
-            low = middle
-    slope = (excess(low + STEP) - excess(low - STEP)) / (2 * STEP)
-    root = low - excess(low) / slope if slope else low
-    return min(max(root, lower), upper)
+    return brentq(excess, lower, upper, xtol=ROUNDING)
