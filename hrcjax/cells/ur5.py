@@ -1,7 +1,5 @@
 """The built-in cells: a UR5 or a UR5e on its table."""
 
-from typing import Literal
-
 from hrcjax.cells.named_cell import NamedCell
 from hrcjax.robot import load_arm, with_tool
 from hrcjax.sim import Cell
@@ -13,9 +11,7 @@ EPISODE = 12.0
 """Length of an episode: a person comes and goes within 6 s, and the slowest arm still arrives [s]."""
 
 
-def make_cell(
-    backend: str = "folded", variant: str = "ur5", contact_mass: Literal["standard", "reflected"] = "standard"
-) -> Cell:
+def make_cell(backend: str = "folded", variant: str = "ur5", contact_mass: str = "standard") -> Cell:
     """A UR5 or UR5e with the default parts."""
     return Cell(
         arm=with_tool(load_arm(variant), *TOOL),

@@ -103,6 +103,6 @@ def pfl_speed(region: BodyRegion, mu: Scalar) -> Float[Array, ""]:
     return region.force * region.transient / safe_sqrt(jnp.asarray(mu * region.stiffness))
 
 
-def pfl_speeds(mobility: Scalar | Float[Array, "*row"]) -> Float[Array, "region *row"]:
-    """The largest contact speed for every one of `BODY_REGIONS`, by the robot's mobility 1/m_R, one or of every row [1/kg] [m/s]."""
+def pfl_speeds(mobility: Scalar) -> Float[Array, "region"]:
+    """The largest contact speed for every one of `BODY_REGIONS`, by the robot's mobility 1/m_R [1/kg] [m/s]."""
     return jnp.stack([pfl_speed(region, reduced_mass_of_mobility(region.mass, mobility)) for region in BODY_REGIONS])

@@ -75,7 +75,7 @@ class Cell:
     motion: Literal["both", "path", "reactive"] = "both"
     """How the arm moves: the path as reference of policies that may leave it ("both"), the path as planned, where only the clock
     reacts ("path"), or policies alone, without a path ("reactive"). See `hrcjax.sim.guide`."""
-    contact_mass: Literal["standard", "reflected"] = "standard"
+    contact_mass: str = "standard"
     """The mass of the arm in a contact, which bounds the speed in red and in a stop: half of the arm and the payload, as the standard
     has it ("standard"), or what a push at the point in the direction of the person feels in this posture ("reflected")."""
     backend: str = "folded"

@@ -232,7 +232,7 @@ def contact_speeds(params: SafetyParams, separation: Separation) -> Float[Array,
     """Contact speed of the most sensitive body region: one by the standard's mass, or of every row by the mass that it feels [m/s]."""
     if separation.mobility is None:
         return jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl)))
-    return jnp.min(pfl_speeds(separation.mobility(params.pfl.payload)), axis=0)
+    return jnp.min(jax.vmap(pfl_speeds)(separation.mobility(params.pfl.payload)), axis=1)
 
 
 def separation_monitor(

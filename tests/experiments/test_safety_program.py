@@ -10,6 +10,7 @@ import pytest
 
 from experiments.safety import rows
 from experiments.safety.config import SafetyConfig, parse
+from experiments.safety.contact_ratio import REGIONS_OF, ContactRatio
 from experiments.safety.deviation import clock_motion, from_curve
 from experiments.safety.draws import Drawer, images_in_use, moved, played_at
 from experiments.safety.exact_field import EXACT_FIELD, Margin, Shapes
@@ -32,9 +33,18 @@ from hrcjax.field.grid import GridLayout, fit_grid
 from hrcjax.geom.capsules import Capsules
 from hrcjax.lab.errors import UsageError
 from hrcjax.reference.truth import approach_speeds, person_distances
-from hrcjax.safety import SafetyParams, allowed_speed, separation_distance
+from hrcjax.robot import points_on_links
+from hrcjax.safety import (
+    BODY_REGIONS,
+    ContactMobility,
+    SafetyParams,
+    allowed_speed,
+    effective_mass,
+    separation_distance,
+)
 from hrcjax.sim import Cell, Fields, Params, Separation, separation_monitor
 from hrcjax.world import Person, person_at, robotica
+from hrcjax.world.person import REGIONS
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +121,6 @@ def test_excess_is_by_the_best_pose_within_the_reaction_time(cell: Cell) -> None
 
 def person_tip(cell: Cell, q: np.ndarray) -> np.ndarray:
     links, offsets, _ = spheres(cell.arm)
-    from hrcjax.robot import points_on_links
-
     return np.asarray(points_on_links(cell.arm.chain, jnp.asarray(q), links[-1:], offsets[-1:])[0])
 
 
@@ -154,6 +162,53 @@ def test_what_the_variants_allow(cell: Cell) -> None:
     assert limit(cell, "contact_stop", hand, d)[0] > limit(cell, "zones", hand, d)[0]
     only = separation_distance(bare, 0.0, bare.v_h_near)
     assert limit(cell, "contact_stop", hand, float(only) - 1e-3)[0] == 0
+
+
+def test_the_reflected_mass_is_for_its_variant_alone(cell: Cell) -> None:
+    """Heavy and light rows: slower and faster than the standard's mass allows; the others do not look at it."""
+    safety, hand = numbers(SafetyParams()), len(cell.arm.control_links) - 1
+    plain = seen(cell, hand, 0.5)
+    A = jnp.zeros((plain.distance.shape[0], 6)).at[:, 1].set(jnp.linspace(0.0, 1.0, plain.distance.shape[0]))
+    mobility = ContactMobility(jnp.eye(6), jnp.zeros((3, 6)), A, A, A, jnp.ones(len(A), bool))
+    told = replace(plain, mobility=mobility)
+    part, memory = variant_part(cell.arm), variant_part(cell.arm).start(jnp.float64)
+    decide = jax.jit(part.decide)
+    for variant in VARIANTS:
+        params = numbers(switches(SafetyParams(), variant))
+        without, with_mass = (decide(params, memory, s)[1] for s in (plain, told))
+        assert bool(eqx.tree_equal(without, with_mass)) == (variant != "pfl_reflected")
+    found = np.asarray(decide(numbers(switches(SafetyParams(), "pfl_reflected")), memory, told)[1].point_limit)
+    assert found[0] < contact_speed(safety) < found[-1] and (np.diff(found) > 0).all()
+    by_cell = variant_part(cell.arm, "reflected").decide(numbers(switches(SafetyParams(), "zones")), memory, told)[1]
+    assert eqx.tree_equal(by_cell, separation_monitor(safety, memory, told)[1])
+
+
+def test_the_contact_ratio_of_one_turning_joint(cell: Cell) -> None:
+    """The base turns alone, the arm stretched out: by hand the point's speed is its lever times the turn, its mass I / lever^2."""
+    q = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    ratio = ContactRatio(cell.arm, SafetyParams().pfl)
+    spot = np.asarray(
+        points_on_links(cell.arm.chain, jnp.asarray(q), cell.arm.control_links, cell.arm.control_offsets)
+    )[4]
+    ahead = spot + np.array([0.0, 0.3 * np.sign(spot[0]), 0.0])  # where a turn about z takes it
+    end = ahead + np.array([0.0, 0.0, 0.5])
+    person = ahead[None] - np.array([0, 0, 0.25]), end[None] - np.array([0, 0, 0.25]), np.array([0.1])
+    qd = np.array([0.5, 0, 0, 0, 0, 0])
+    found, by_rule = ratio.at(q, qd, *person, ("hand",))
+    m_r = float(effective_mass(SafetyParams().pfl))
+    lever = np.hypot(spot[0], spot[1])
+    by_hand = 0.5 * lever / (280 / np.sqrt(0.6 * m_r / (0.6 + m_r) * 75e3))
+    assert by_rule == pytest.approx(by_hand, rel=0.25) and found > 0
+    twice = ratio.at(q, 2 * qd, *person, ("hand",))
+    np.testing.assert_allclose(twice, (2 * found, 2 * by_rule))
+    head = ratio.at(q, qd, *person, ("head",))
+    assert head[1] / by_rule == pytest.approx(
+        (280 / np.sqrt(0.6 * m_r / (0.6 + m_r) * 75e3)) / (65 / np.sqrt(4.4 * m_r / (4.4 + m_r) * 75e3)), rel=1e-9
+    )
+    assert ratio.at(q, -qd, *person, ("hand",))[1] <= 0 or ratio.at(q, -qd, *person, ("hand",)) == (0.0, 0.0)
+    assert ratio.at(q, qd, person[0] + 5, person[1] + 5, person[2], ("hand",)) == (0.0, 0.0)
+    assert set(REGIONS_OF) == set(REGIONS)
+    assert {name for names in REGIONS_OF.values() for name in names} == {region.name for region in BODY_REGIONS}
 
 
 def test_variants_lie_along_the_axis_of_safety_alone() -> None:
@@ -230,7 +285,7 @@ def test_distance_from_a_line_and_motion_of_a_clock() -> None:
 
 
 def made(zone=None, excess: float = -0.1, short: float = -0.2, **other) -> dict:
-    """A case of 100 ticks at 0.01 s: five variants that go 1 m, the first at half the speed from tick 20 on, while yellow."""
+    """A case of 100 ticks at 0.01 s: six variants that go 1 m, the first at half the speed from tick 20 on, while yellow."""
     count, kinds = 400, len(VARIANTS)
     way = np.minimum(0.01 * np.arange(count), 1.0)
     slow = np.minimum(np.where(np.arange(count) < 20, way, 0.2 + 0.005 * (np.arange(count) - 20)), 1.0)
@@ -243,8 +298,9 @@ def made(zone=None, excess: float = -0.1, short: float = -0.2, **other) -> dict:
         "zone": np.stack([zones] * kinds), "counts": np.ones((kinds, count), bool), "hit": np.zeros(kinds, bool),
         "excess": np.full((kinds, count), excess), "excess_now": np.full((kinds, count), excess),
         "short": np.full((kinds, count), short), "separation": np.full((kinds, count), 0.5),
-        "score_overall": np.array([76.0, 80, 80, 80, 80]), "score_sound": np.array([60.0, 80, 80, 80, 80]),
-        "time_below_sp": np.zeros(kinds), **other,
+        "score_overall": np.array([76.0, 80, 80, 80, 80, 80]), "score_sound": np.array([60.0, 80, 80, 80, 80, 80]),
+        "time_below_sp": np.zeros(kinds), "contact_ratio": np.zeros((kinds, count)),
+        "contact_ratio_rule": np.zeros((kinds, count)), **other,
     }  # fmt: skip
 
 
