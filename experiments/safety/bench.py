@@ -88,7 +88,7 @@ class Bench:
         return {name: np.asarray(value) for name, value in self._programs[mode](self.settings, world).items()}
 
     def contact_ratios(self, world: World, played: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Speed towards people near a contact over the region's, by the reflected and by the standard's mass, (variant time) [1]."""
+        """Speed towards people near a contact over that of a region, (variant time) [1]; see `ContactRatio.at`."""
         person = jax.vmap(lambda t: person_at(world.person, t))(jnp.asarray(self.cell.times, jnp.float32))
         shapes = [np.asarray(x, np.float64) for x in (person.a, person.b, person.radius)]
         ratio = ContactRatio(self.cell.arm, self.params.safety.pfl)
@@ -97,8 +97,8 @@ class Bench:
             ratio.over(*both, here, *shapes, world.person.regions)
             for *both, here in zip(played["q"].astype(float), played["qd"].astype(float), near, strict=True)
         ]
-        by_mass, by_rule = (np.stack(values) for values in zip(*found, strict=True))
-        return {"contact_ratio": by_mass, "contact_ratio_rule": by_rule}
+        names = ("contact_ratio", "contact_ratio_any", "contact_ratio_rule")
+        return dict(zip(names, np.stack(found, axis=1), strict=True))
 
     def world(self, scene_name: str, name: str, seed: int) -> World:
         """A scene with the people of a name, sensed in every image; the last one is kept."""

@@ -42,6 +42,11 @@ def region_speed(capsule: str, mobility: NDArray) -> NDArray:
     return np.min([speed(r) for r in BODY_REGIONS if r.name in REGIONS_OF[capsule]], axis=0)
 
 
+def slowest_region_speed(mobility: NDArray) -> NDArray:
+    """The same of the most sensitive of all regions [m/s]."""
+    return np.min([region_speed(capsule, mobility) for capsule in REGIONS_OF], axis=0)
+
+
 class ContactRatio:
     """Of one arm with what its hand carries."""
 
@@ -61,8 +66,11 @@ class ContactRatio:
 
     def at(
         self, q: NDArray, qd: NDArray, a: NDArray, b: NDArray, radius: NDArray, regions: tuple[str, ...]
-    ) -> tuple[float, float]:
-        """Largest ratio over all points of the arm that are near: by the reflected mass, and by the standard's; 0: none is [1].
+    ) -> tuple[float, float, float]:
+        """Largest ratio over all points of the arm that are near; 0: none approaches [1].
+
+        To the speed of the nearest capsule's region by the reflected mass; to that of the most sensitive of all by the same; to that by
+        the standard's mass.
 
         Args:
             q: joint positions [rad].
@@ -79,7 +87,7 @@ class ContactRatio:
         mujoco.mj_fullM(model, data, M)
         _, J_tool = self._jacobian(self.arm.tool_link, np.asarray(self.arm.tool_offset))
         inverse = np.linalg.inv(M + self.payload * J_tool.T @ J_tool)
-        most, by_rule = 0.0, 0.0
+        most = np.zeros(3)
         for link, offset, own in zip(self.links, self.offsets, self.radii, strict=True):
             place, J = self._jacobian(link, offset)
             along = b - a
@@ -92,14 +100,17 @@ class ContactRatio:
                 continue
             row = J.T @ (-gap[k] / distance[k])
             speed = float(row @ qd)
-            most = max(most, speed / float(region_speed(regions[k], row @ inverse @ row)))
-            by_rule = max(by_rule, speed / float(region_speed(regions[k], np.asarray(self.rule))))
-        return most, by_rule
+            mobility = np.asarray(row @ inverse @ row)
+            allowed = (
+                region_speed(regions[k], mobility), slowest_region_speed(mobility), slowest_region_speed(np.asarray(self.rule))
+            )  # fmt: skip
+            most = np.maximum(most, speed / np.asarray(allowed))
+        return float(most[0]), float(most[1]), float(most[2])
 
     def over(
         self, q: NDArray, qd: NDArray, near: NDArray, a: NDArray, b: NDArray, radius: NDArray, regions: tuple[str, ...]
-    ) -> tuple[NDArray, NDArray]:
-        """`at` at every tick, (time) [1].
+    ) -> NDArray:
+        """`at` at every tick, (3 time) [1].
 
         Args:
             q: (time joint) [rad].
@@ -110,7 +121,7 @@ class ContactRatio:
             radius: (time capsule) [m].
             regions: of the capsules.
         """
-        found = np.zeros((len(q), 2))
+        found = np.zeros((len(q), 3))
         for t in np.flatnonzero(near):
             found[t] = self.at(q[t], qd[t], a[t], b[t], radius[t], regions)
-        return found[:, 0], found[:, 1]
+        return found.T
