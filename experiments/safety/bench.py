@@ -90,12 +90,12 @@ class Bench:
     def contact_ratios(self, world: World, played: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Speed towards people near a contact over that of a region, (variant time) [1]; see `ContactRatio.at`."""
         person = jax.vmap(lambda t: person_at(world.person, t))(jnp.asarray(self.cell.times, jnp.float32))
-        shapes = [np.asarray(x, np.float64) for x in (person.a, person.b, person.radius)]
+        a, b, radius = (np.asarray(x, np.float64) for x in (person.a, person.b, person.radius))
         ratio = ContactRatio(self.cell.arm, self.params.safety.pfl)
         near = (played["separation"] < NEAR + 1e-3) & played["counts"]
         found = [
-            ratio.over(*both, here, *shapes, world.person.regions)
-            for *both, here in zip(played["q"].astype(float), played["qd"].astype(float), near, strict=True)
+            ratio.over(q.astype(float), qd.astype(float), here, a, b, radius, world.person.regions)
+            for q, qd, here in zip(played["q"], played["qd"], near, strict=True)
         ]
         names = ("contact_ratio", "contact_ratio_any", "contact_ratio_rule")
         return dict(zip(names, np.stack(found, axis=1), strict=True))

@@ -110,7 +110,8 @@ def monitor(
         person = assumed_human_speed(params.ssm, one) if v_h is None else v_h
         return zone_speed(params, state.zone, one, contact, person)
 
-    limit = jax.vmap(point_limit, in_axes=(0, 0 if jnp.ndim(pfl_speed) else None))(d, pfl_speed)
+    of_points = pfl_speed is not None and jnp.ndim(pfl_speed) > 0
+    limit = jax.vmap(point_limit, in_axes=(0, 0 if of_points else None))(d, pfl_speed)
     share = retreat_share(params, state.zone, d)
     limit = (1.0 - share) * limit - share * params.zone.retreat_speed
     limit = jnp.minimum(limit, turned_away(params, state.zone, d))

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import mujoco
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from hrcjax.cells import make_cell
+from hrcjax.numerics import unrolled_options
 from hrcjax.reference.episode import episode
 from hrcjax.safety import BODY_REGIONS, RED, SafetyParams, ZoneParams, initial_zone
 from hrcjax.sim import Cell, FieldPart, Fields, Params, Separation, separation_monitor
@@ -92,6 +94,29 @@ def test_the_speed_of_every_row_against_mujoco(cells: dict[str, Cell], told: dic
     assert seen > len(limit), "most are near that bound"
     assert limit[:, :2].min() < 0.1368 < limit[:, :2].max(), "heavier and lighter than the standard's 9.525 kg"
     assert (limit[:, 2] >= limit[:, :2].max() - 1e-12).all(), "what is far and has no direction decides nothing"
+
+
+def test_derivatives_in_red_by_payload_and_posture(cells: dict[str, Cell]) -> None:
+    """Finite for a stretched arm too, and more payload slows."""
+    zone = ZoneParams(red_follows_separation=False)
+
+    def total(q, payload):
+        seen = separation_of(cells["reflected"], q, jnp.asarray(PEOPLE))
+        near = replace(seen, distance=jnp.full_like(seen.distance, 0.45))
+        params = eqx.tree_at(lambda p: p.pfl.payload, SafetyParams(zone=zone), payload)
+        return jnp.sum(separation_monitor(params, initial_zone(jnp.float64), near)[1].point_limit[::3])
+
+    gradient = jax.jit(jax.value_and_grad(total, (0, 1)), compiler_options=unrolled_options())
+    for q in (jnp.zeros(6), jnp.asarray(cells["reflected"].arm.home) + 0.2):
+        value, (by_q, by_payload) = gradient(q, 1.0)
+        assert np.isfinite(by_q).all() and by_payload < 0
+        step = 1e-5
+        change = (gradient(q, 1.0 + step)[0] - gradient(q, 1.0 - step)[0]) / (2 * step)
+        np.testing.assert_allclose(by_payload, change, rtol=1e-4)
+    along = jnp.asarray([0.3, -0.2, 0.5, 0.1, -0.4, 0.2])
+    change = (gradient(q + step * along, 1.0)[0] - gradient(q - step * along, 1.0)[0]) / (2 * step)
+    np.testing.assert_allclose(by_q @ along, change, rtol=1e-4)
+    assert np.isfinite(value)
 
 
 def test_no_speed_that_is_not_a_number_passes(told: dict[str, Separation]) -> None:
