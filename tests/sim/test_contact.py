@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from hrcjax.cells import make_cell
+from hrcjax.cells import CELLS, make_cell
+from hrcjax.cells.check import check_cell
 from hrcjax.numerics import unrolled_options
 from hrcjax.reference.episode import episode
 from hrcjax.safety import BODY_REGIONS, RED, SafetyParams, ZoneParams, initial_zone
@@ -139,6 +140,14 @@ def test_off_is_as_if_it_were_not_there(told: dict[str, Separation]) -> None:
     assert program(with_mass) != program(separation)
     for name in parts:
         np.testing.assert_array_equal(parts[name], getattr(with_mass, name))
+
+
+def test_the_named_cell_asks_for_it() -> None:
+    """And its kept programs are its own."""
+    named = {name: make() for name, make in CELLS.items()}
+    assert [name for name, one in named.items() if one.cell.contact_mass == "reflected"] == ["ur5-reflected"]
+    assert len({one.identity for one in named.values()}) == len(named)
+    check_cell(named["ur5-reflected"])
 
 
 def test_other_masses_are_refused(cells: dict[str, Cell]) -> None:
