@@ -19,6 +19,7 @@ from hrcjax.typing import Array
 from hrcjax.world import MOTIONS, Person, person_at, scene_named
 
 from .config import MODES
+from .contact_ratio import NEAR, ContactRatio
 from .exposure import exposed, window_of
 from .variants import VARIANTS, batch_axes, variant_part, with_variants
 
@@ -38,7 +39,8 @@ class Bench:
     @cached_property
     def measured_cell(self) -> Cell:
         """The cell with the monitor that has variants."""
-        return replace(self.cell, safety=variant_part(self.cell.arm))
+        part = variant_part(self.cell.arm, self.cell.contact_mass)
+        return replace(self.cell, safety=part, contact_mass="reflected")
 
     @cached_property
     def settings(self) -> Params:
@@ -70,6 +72,8 @@ class Bench:
                 "speed_limit": record.speed_limit,
                 "tool": record.tool,
                 "travelled": record.travelled,
+                "q": record.q,
+                "qd": record.qd,
                 **{name: getattr(seen, name) for name in ("separation", "approach", "excess", "excess_now", "short")},
             }
 
@@ -82,6 +86,19 @@ class Bench:
     def play(self, world: World, mode: str) -> dict[str, np.ndarray]:
         """The measures of all variants in a world."""
         return {name: np.asarray(value) for name, value in self._programs[mode](self.settings, world).items()}
+
+    def contact_ratios(self, world: World, played: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Speed towards people near a contact over that of a region, (variant time) [1]; see `ContactRatio.at`."""
+        person = jax.vmap(lambda t: person_at(world.person, t))(jnp.asarray(self.cell.times, jnp.float32))
+        a, b, radius = (np.asarray(x, np.float64) for x in (person.a, person.b, person.radius))
+        ratio = ContactRatio(self.cell.arm, self.params.safety.pfl)
+        near = (played["separation"] < NEAR + 1e-3) & played["counts"]
+        found = [
+            ratio.over(q.astype(float), qd.astype(float), here, a, b, radius, world.person.regions)
+            for q, qd, here in zip(played["q"], played["qd"], near, strict=True)
+        ]
+        names = ("contact_ratio", "contact_ratio_any", "contact_ratio_rule")
+        return dict(zip(names, np.stack(found, axis=1), strict=True))
 
     def world(self, scene_name: str, name: str, seed: int) -> World:
         """A scene with the people of a name, sensed in every image; the last one is kept."""
@@ -98,8 +115,11 @@ class Bench:
         world = self.world(scene, name, seed)
         times = jnp.asarray(self.cell.times, jnp.float32)
         hand = world.person.regions.index("hand")
+        played = self.play(world, mode)
+        ratios = self.contact_ratios(world, played)
         return {
-            **self.play(world, mode),
+            **{name: value for name, value in played.items() if name not in ("q", "qd")},
+            **ratios,
             "scene": scene,
             "person": name.split("/")[-1],
             "seed": seed,

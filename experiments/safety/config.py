@@ -10,8 +10,8 @@ from hrcjax.lab.options import parse_options
 DESCRIPTION = """Measure safety beside people, against the exact shapes. Four parts:
 
   stop         from random states: does the arm come to rest before the intrusion distance, under stated speeds, latency and braking?
-  episodes     whole episodes sensed through images, in five variants: with zones, without a safety layer, tool's distance alone,
-               stop before contact, power and force limiting; in the ways to move "both" and "path"
+  episodes     whole episodes sensed through images, in six variants: with zones, without a safety layer, tool's distance alone,
+               stop before contact, power and force limiting by the standard's and the reflected mass; in the ways to move "both" and "path"
   path         does scaled speed keep the path, and how does motion resume?
   chance       many episodes by chance, with noise, latency and missing images; violations with their 95 % upper limit
 
@@ -40,7 +40,7 @@ class SafetyConfig:
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
-    """The cell: ur5, ur5e, or MODULE:FUNCTION that returns one of your own with the monitor of hrcjax.safety."""
+    """The cell: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION that returns one of your own with the monitor of hrcjax.safety."""
     params: str = ""
     """Parameters in place of the cell's defaults: a file of tuned parameters, the folder of a tuning, or the name of a shipped file (configs/tuned)."""
     parts: tuple[str, ...] = PARTS

@@ -14,6 +14,7 @@ from hrcjax.safety import SafetyParams, zone_thresholds
 from hrcjax.viz.style import (
     BEST,
     GRID,
+    OBSTACLE,
     PERSON,
     PLAN,
     TEXT,
@@ -39,6 +40,7 @@ TELLS = {
     "tool": "tool's distance alone",
     "contact_stop": "stop before contact",
     "pfl": "power and force limiting",
+    "pfl_reflected": "the same, reflected mass",
 }
 COORDINATES = (("x", BEST), ("y", WORST), ("z", PLAN))
 
@@ -148,7 +150,7 @@ def variants_figure(cases: Mapping[str, Case]) -> Figure:
         ("time below $S_p$ [s]", lambda c, k: float(c["time_below_sp"][k])),
     )
     figure = new_figure(13, 6.5)
-    colours = (BEST, WORST, PLAN, PERSON, TEXT)
+    colours = (BEST, WORST, PLAN, PERSON, TEXT, OBSTACLE)
     for axes, (text, value) in zip(as_row(figure.subplots(2, 4)), shown, strict=True):
         for k, variant in enumerate(VARIANTS):
             found = np.array([value(case, k) for case in every])
@@ -163,7 +165,7 @@ def variants_figure(cases: Mapping[str, Case]) -> Figure:
         axes.set_ylabel(text, fontsize=9)
         axes.grid(axis="y", color=GRID, lw=0.5)
         tidy(axes)
-    heading(figure, "Every episode in five variants; lines: means")
+    heading(figure, "Every episode in six variants; lines: means")
     return figure
 
 
@@ -206,7 +208,7 @@ def draw(folder: Path, cases: Mapping[str, Case], dt: float, safety: SafetyParam
             "position and speed of the tool, distance and hand of the person over time, without and with zones",
         )
         made["productivity"] = productivity_figure(cases, dt), "time lost to safety by zone, for every episode"
-        made["variants"] = variants_figure(cases), "measures of every episode in five variants"
+        made["variants"] = variants_figure(cases), "measures of every episode in six variants"
     if of(cases, "chance"):
         made["chance"] = chance_figure(cases), "how near episodes by chance come to a violation"
     lines = []

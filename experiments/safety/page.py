@@ -53,6 +53,8 @@ READING = """
   missed; C, {C:g} m, is what keeps such a person from contact.
 * **Stop before contact** and **power and force limiting** are measured by the cell's own speed and separation, which they do not promise to keep:
   their violations say how far they differ, not that they fail.
+* **Contact speeds**: `pfl_over_max` and `pfl_any_max` judge every variant by the mass that a contact feels, `pfl_rule_max` by the standard's.
+  What is met is not known to the monitor: it takes the most sensitive region, as `pfl_any_max` does, by directions as old as the image. Rotors behind gears are not in the inertia of the model; a real arm feels heavier.
 """
 
 

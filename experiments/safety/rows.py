@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hrcjax.safety import ZONE_NAMES
 
 from .config import MODES
+from .contact_ratio import NEAR
 from .limits import upper_limit
 from .lost_time import lost_by_zone
 from .variants import VARIANTS
@@ -34,8 +35,13 @@ BARS: dict[str, tuple[str, float]] = {
     "resume_acceleration": ("<=", 1.001),
     "resume_jerk": ("<=", 1.001),
     "chance_violations": ("<=", 0.0),
+    "pfl_over_max_pfl": ("<=", 1.0),
+    "pfl_over_max_pfl_reflected": ("<=", 1.0),
 }
-UNITS = {"zones": "", "off": "_off", "tool": "_tool", "contact_stop": "_contact_stop", "pfl": "_pfl"}
+UNITS = {
+    "zones": "", "off": "_off", "tool": "_tool", "contact_stop": "_contact_stop", "pfl": "_pfl",
+    "pfl_reflected": "_pfl_reflected",
+}  # fmt: skip
 """Variant -> ending of its rows."""
 MEANT = {
     "zones": "",
@@ -43,6 +49,7 @@ MEANT = {
     "tool": ", with the tool's distance alone",
     "contact_stop": ", stop before contact",
     "pfl": ", power and force limiting alone",
+    "pfl_reflected": ", power and force limiting alone by the reflected mass",
 }
 _PER_VARIANT = {
     "violations": "episodes, in both ways to move, with a tick in which a point of the arm is faster towards the person than its distance allows by more than 5 mm/s, whichever of the poses within the reaction time counts, or could not stop before C; motions without jumps",
@@ -51,6 +58,10 @@ _PER_VARIANT = {
     "stop_short_max": "largest lack of the way to stop: C less what is left when the approaching point brakes at that tick and the person comes on as fast as is assumed; negative: spare",
     "separation_min": "least exact distance of arm and person",
     "contacts": "episodes in which arm and person touch while the arm moves",
+    "pfl_over_max": f"largest speed of a point of the arm nearer than {NEAR} m towards the nearest capsule of the person, over the contact speed of that region, by the mass that a contact there feels (MuJoCo's inertia and Jacobians, exact shapes at that tick); 0: never so near",
+    "pfl_any_max": "the same over the contact speed of the most sensitive region, the face, whichever is met",
+    "pfl_rule_max": "the same by the standard's mass, half of the arm and the payload",
+    "pfl_near_time": f"mean time in which a point of the arm is nearer than {NEAR} m",
     "arrived_share": "share of episodes that arrive",
     "time_mean": "mean time to the goal; an episode that never arrives counts its whole duration",
     "score_mean": "mean of the Robotica paper's overall score",
@@ -63,7 +74,7 @@ DEFINITIONS: dict[str, str] = {
     "stop_margin_min_harsh": "the same beside a person who speeds up from 1.6 to 2 m/s within half a metre",
     "stop_margin_min_old": "the same if the monitor were told old distances instead of the distance from where the arm is now",
     "stop_margin_min_no_reaction": "the same with the reaction term dropped from the law: the test that it can fail",
-    "worlds": "scenes x people x seeds; each is sensed once and played in five variants and two ways to move",
+    "worlds": "scenes x people x seeds; each is sensed once and played in six variants and two ways to move",
     "relative_score": f"the paper's overall score with zones in percent of that without, beside the same people, in mode {MAIN}: mean over mean",
     "relative_score_path": "the same in mode path, the paper's: only the clock reacts",
     "relative_score_alone": "the paper's own comparison: with zones beside people, in percent of without zones and without a person",
@@ -173,7 +184,7 @@ def beside(cases: Cases, mode: str, clean: bool = True) -> list[Case]:
     return [c for c in of(cases, f"episode/{mode}") if str(c["person"]) != "nobody" and bool(c["clean"]) == clean]
 
 
-def variant_rows(cases: Cases) -> Rows:
+def variant_rows(cases: Cases, dt: float) -> Rows:
     """Every variant."""
     rows: Rows = {}
     for k, variant in enumerate(VARIANTS):
@@ -187,6 +198,10 @@ def variant_rows(cases: Cases) -> Rows:
             f"stop_short_max{end}": row(1e3 * max(most(case, "short", k) for case in every), "mm"),
             f"separation_min{end}": row(1e3 * min(float(c["separation"][k][c["counts"][k]].min()) for c in every), "mm"),
             f"contacts{end}": row(sum(bool(case["hit"][k]) for case in every), "episodes"),
+            f"pfl_over_max{end}": row(max(most(case, "contact_ratio", k) for case in every)),
+            f"pfl_any_max{end}": row(max(most(case, "contact_ratio_any", k) for case in every)),
+            f"pfl_rule_max{end}": row(max(most(case, "contact_ratio_rule", k) for case in every)),
+            f"pfl_near_time{end}": row(dt * np.mean([(c["separation"][k] < NEAR)[c["counts"][k]].sum() for c in every]), "s"),
             f"arrived_share{end}": row(np.mean([case["success"][k] for case in main])),
             f"time_mean{end}": row(np.mean([case["time_to_goal"][k] for case in main]), "s"),
             f"below_sp_mean{end}": row(np.mean([case["time_below_sp"][k] for case in main]), "s"),
@@ -325,7 +340,7 @@ def all_rows(cases: Cases, dt: float, acceleration: float, jerk: float) -> Rows:
         rows |= stop_rows(cases["stop"])
     if beside(cases, MAIN):
         rows["worlds"] = row(len(of(cases, f"episode/{MAIN}")), "worlds")
-        rows |= variant_rows(cases) | score_rows(cases) | zone_rows(cases, dt)
+        rows |= variant_rows(cases, dt) | score_rows(cases) | zone_rows(cases, dt)
     if of(cases, "path"):
         rows |= path_rows(of(cases, "path"), acceleration, jerk)
     if of(cases, "chance"):

@@ -1,5 +1,7 @@
 """Ways to be safe beside people, as numbers of one monitor, so that one program plays them side by side."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -19,6 +21,7 @@ from hrcjax.safety import (
     pfl_speeds,
 )
 from hrcjax.sim import Params, SafetyPart, Separation, separation_monitor
+from hrcjax.sim.default_parts import contact_speeds
 from hrcjax.typing import Array, Float
 
 UNBOUNDED = 100.0
@@ -29,6 +32,7 @@ EXPLAINED = {
     "tool": "the same monitor, but the distance is that of the hand and tool alone, as in the Robotica paper",
     "contact_stop": "stop before contact, the principle of sara-shield: S_p without C, Z_d and Z_r, no reduced speed, no hysteresis, no retreat",
     "pfl": "power and force limiting alone: towards people never above the contact speed of the most sensitive region, no stop",
+    "pfl_reflected": "the same, by the mass that a contact at each point would feel in its direction, instead of the standard's",
 }
 """Variant -> what it is."""
 VARIANTS = tuple(EXPLAINED)
@@ -47,6 +51,8 @@ class Switches(eqx.Module):
     """0: only points of the last link count [1]."""
     force: Float[Array, ""] | float = 0.0
     """1: power and force limiting alone [1]."""
+    reflected: Float[Array, ""] | float = 0.0
+    """1: in it the mass that a contact feels, not the standard's [1]."""
     bare: Float[Array, ""] | float = 0.0
     """1: stop before contact alone, v(d) of S_p without C, Z_d and Z_r [1]."""
 
@@ -64,8 +70,12 @@ def before_contact(safety: SafetyParams, seen: Separation) -> Float[Array, "row"
     return jax.vmap(lambda one: allowed_speed(ssm, one, assumed_human_speed(ssm, one)))(d)
 
 
-def variant_part(arm: Arm) -> SafetyPart:
-    """The cell's monitor with switches; its parameters are `Switches`."""
+def variant_part(arm: Arm, contact_mass: str = "standard") -> SafetyPart:
+    """The cell's monitor with switches; its parameters are `Switches`. It is for a cell that asks for the reflected mass.
+
+    Args:
+        contact_mass: the cell's own, for all variants but `pfl` and `pfl_reflected`.
+    """
     last = np.asarray(arm.control_links) == arm.tool_link
 
     def decide(params: Switches, memory: ZoneState, seen: Separation) -> tuple[ZoneState, SafetyDecision]:
@@ -76,9 +86,15 @@ def variant_part(arm: Arm) -> SafetyPart:
             seen,
             (jnp.where(counts, seen.distance, FAR), jnp.where(counts, seen.approach, 0.0)),
         )
-        memory, found = separation_monitor(params.safety, memory, told)
+        by_cell = replace(told, mobility=None) if contact_mass == "standard" else told
+        memory, found = separation_monitor(params.safety, memory, by_cell)
         nominal = jnp.asarray(params.safety.zone.nominal_speed, seen.distance.dtype)
-        contact = jnp.minimum(contact_speed(params.safety).astype(nominal.dtype), nominal)
+        contact = contact_speed(params.safety).astype(nominal.dtype)
+        if seen.mobility is not None:
+            contact = jnp.where(
+                params.reflected > 0.5, contact_speeds(params.safety, seen).astype(nominal.dtype), contact
+            )
+        contact = jnp.minimum(contact, nominal)
         limit, most = found.point_limit, nominal if found.any_limit is None else found.any_limit
         force, free, bare = params.force > 0.5, params.watched < 0.5, params.bare > 0.5
         limit = jnp.where(force & ~found.hold, contact, limit)
@@ -100,7 +116,7 @@ def switches(safety: SafetyParams, variant: str) -> Switches:
     Raises:
         KeyError: no such variant.
     """
-    changed = {"zones": {}, "off": {"watched": 0.0}, "tool": {"whole": 0.0}, "contact_stop": {"bare": 1.0}, "pfl": {"force": 1.0}}[variant]  # fmt: skip
+    changed = {"zones": {}, "off": {"watched": 0.0}, "tool": {"whole": 0.0}, "contact_stop": {"bare": 1.0}, "pfl": {"force": 1.0}, "pfl_reflected": {"force": 1.0, "reflected": 1.0}}[variant]  # fmt: skip
     return Switches(safety, safety.ssm, **changed)
 
 

@@ -16,7 +16,7 @@ from hrcjax.lab.parameters import leaf_names, path_name
 from hrcjax.metrics import METRICS
 from hrcjax.plan import PathResult
 from hrcjax.policy import JointLimits
-from hrcjax.safety import SafetyDecision
+from hrcjax.safety import ContactMobility, SafetyDecision
 from hrcjax.sim import ArmMotion, Clearance, Goal, Separation, Task
 from hrcjax.sweeps.sweepable import Metric
 from hrcjax.world import scene_named
@@ -96,7 +96,10 @@ def _check_results(named: NamedCell) -> None:
     qdd = jax.eval_shape(cell.policy, params.policy, body, goal, room, JointLimits(q, q, q, q))
     _shape("policy", qdd, lambda shape: shape == (joints,), f"({joints},), an acceleration of each joint")
     memory = jax.eval_shape(lambda: cell.safety.start(jnp.dtype("float32")))
-    separation = Separation(zeros(points), zeros(points), zeros(), jnp.asarray(True), jnp.asarray(False), cell.dt)
+    rows, felt = zeros(points, joints), None
+    if cell.contact_mass == "reflected":
+        felt = ContactMobility(zeros(joints, joints), zeros(3, joints), rows, rows, rows, jnp.ones(points, bool))
+    separation = Separation(zeros(points), zeros(points), zeros(), jnp.asarray(True), jnp.asarray(False), cell.dt, felt)
     answer = jax.eval_shape(lambda p, m: cell.safety.decide(p, m, separation), params.safety, memory)
     if not (isinstance(answer, tuple) and len(answer) == 2):
         raise UsageError(f"monitor: returns {type(answer).__name__}; accepted: (memory, SafetyDecision)")

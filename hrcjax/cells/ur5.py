@@ -11,9 +11,14 @@ EPISODE = 12.0
 """Length of an episode: a person comes and goes within 6 s, and the slowest arm still arrives [s]."""
 
 
-def make_cell(backend: str = "folded", variant: str = "ur5") -> Cell:
+def make_cell(backend: str = "folded", variant: str = "ur5", contact_mass: str = "standard") -> Cell:
     """A UR5 or UR5e with the default parts."""
-    return Cell(arm=with_tool(load_arm(variant), *TOOL), ticks=round(EPISODE / Cell.dt), backend=backend)
+    return Cell(
+        arm=with_tool(load_arm(variant), *TOOL),
+        ticks=round(EPISODE / Cell.dt),
+        contact_mass=contact_mass,
+        backend=backend,
+    )
 
 
 def ur5_cell() -> NamedCell:
@@ -26,10 +31,16 @@ def ur5e_cell() -> NamedCell:
     return _named("ur5e")
 
 
+def ur5_reflected_cell() -> NamedCell:
+    """The UR5 whose speed near people follows the mass that a contact would feel."""
+    cell = make_cell(contact_mass="reflected")
+    return NamedCell(cell, identity=f"cell ur5-reflected {TOOL} {cell.ticks} x {cell.dt}")
+
+
 def _named(variant: str) -> NamedCell:
     cell = make_cell(variant=variant)
     return NamedCell(cell, identity=f"cell {variant} {TOOL} {cell.ticks} x {cell.dt}")
 
 
-CELLS = {"ur5": ur5_cell, "ur5e": ur5e_cell}
+CELLS = {"ur5": ur5_cell, "ur5e": ur5e_cell, "ur5-reflected": ur5_reflected_cell}
 """Built-in cells by name."""

@@ -121,6 +121,8 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         route: reference motion of tool and joints.
         q_start: joint positions at the start [rad].
     """
+    if cell.contact_mass != "standard":
+        raise ValueError(f"contact_mass {cell.contact_mass!r}; the reference accepts: standard")
     params, robot, dt = plain(params), cell.arm, cell.dt
     arm = SerialArm(cell)
     arm.reset(q_start)

@@ -2,6 +2,7 @@
 
 from hrcjax.safety.between import between_factor, half_gaps
 from hrcjax.safety.clock import ClockState, advance, initial_clock, stop_length
+from hrcjax.safety.contact_mass import ContactMobility, link_neighbours
 from hrcjax.safety.governed import approach_rows, governed, has_direction, unit_direction
 from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
 from hrcjax.safety.least_change import APPROACH_TOLERANCE, UNLIMITED, least_change
@@ -56,11 +57,11 @@ from hrcjax.safety.zones import (
 
 __all__ = [
     "APPROACH_TOLERANCE", "BODY_REGIONS", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "MISSING_DATA", "OLD_DATA", "RED",
-    "STOP", "TOO_CLOSE", "UNLIMITED", "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState",
+    "STOP", "TOO_CLOSE", "UNLIMITED", "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState", "ContactMobility",
     "PflParams", "SafetyDecision", "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance",
     "allowed_speed", "approach_rows", "approach_speeds", "assumed_human_speed", "between_factor", "contact_mobility",
     "describe", "effective_mass", "governed", "governor", "guard", "half_gaps", "has_direction", "initial_clock",
-    "initial_zone", "least_change", "monitor", "path_speed", "pfl_speed", "pfl_speeds", "protective_distance",
+    "initial_zone", "least_change", "link_neighbours", "monitor", "path_speed", "pfl_speed", "pfl_speeds", "protective_distance",
     "reduced_mass", "reduced_mass_of_mobility", "reflected_mass", "safe_distance", "separation_distance",
     "speed_scale", "stop_length", "stopping_distance", "stopping_time", "surface_limit", "unit_direction",
     "update_zone", "zone_at", "zone_speed", "zone_thresholds",

@@ -69,7 +69,7 @@ def monitor(
     *,
     head_distance: Scalar | None = None,
     valid: Bool[Array, ""] | bool = True,
-    pfl_speed: Scalar | None = None,
+    pfl_speed: Scalar | Float[Array, "point"] | None = None,
     v_h: Scalar | None = None,
     guarded: Bool[Array, ""] | bool = False,
 ) -> tuple[ZoneState, SafetyDecision]:
@@ -87,7 +87,7 @@ def monitor(
         dt: time since the last tick [s].
         head_distance: distance of the arm to the person's head; None: not watched [m].
         valid: whether the sensor vouches for the frame.
-        pfl_speed: power-and-force speed of the nearest body region; None: not watched [m/s].
+        pfl_speed: power-and-force speed, one for all points or of every point; None: not watched [m/s].
         v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
         guarded: whether somebody may be where no camera looks: the zone is yellow at best, and the speed that of red, the
             reduced speed.
@@ -99,17 +99,19 @@ def monitor(
         if given is not None:
             finite = finite & jnp.isfinite(jnp.asarray(given))
     if pfl_speed is not None:
-        finite = finite & ~jnp.isnan(jnp.asarray(pfl_speed))
+        known = ~jnp.isnan(jnp.asarray(pfl_speed))
+        finite = finite & (jnp.all(known) if known.ndim else known)
     invalid = ~jnp.asarray(valid)
     hold = old | ~finite | invalid
 
     state = update_zone(params, state, nearest, ~hold, dt, head_distance, jnp.where(guarded, YELLOW, GREEN))
 
-    def point_limit(one: Float[Array, ""]) -> Float[Array, ""]:
+    def point_limit(one: Float[Array, ""], contact: Scalar | None) -> Float[Array, ""]:
         person = assumed_human_speed(params.ssm, one) if v_h is None else v_h
-        return zone_speed(params, state.zone, one, pfl_speed, person)
+        return zone_speed(params, state.zone, one, contact, person)
 
-    limit = jax.vmap(point_limit)(d)
+    of_points = pfl_speed is not None and jnp.ndim(pfl_speed) > 0
+    limit = jax.vmap(point_limit, in_axes=(0, 0 if of_points else None))(d, pfl_speed)
     share = retreat_share(params, state.zone, d)
     limit = (1.0 - share) * limit - share * params.zone.retreat_speed
     limit = jnp.minimum(limit, turned_away(params, state.zone, d))

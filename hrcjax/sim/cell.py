@@ -21,6 +21,9 @@ from hrcjax.world import CAPACITY, Person, Scene
 TOOL_REACH = 0.5
 """Distance of the two points that fix the tool's orientation, along its x and y axes (as in the HRI paper's system) [m]."""
 
+CONTACT_MASSES = ("standard", "reflected")
+"""Values of `Cell.contact_mass`."""
+
 ARM_GRID = GridLayout((-1.2, -1.2, -0.1), (97, 97, 57), 0.025)
 """Everything that a UR5 reaches, at the map's spacing."""
 
@@ -72,6 +75,9 @@ class Cell:
     motion: Literal["both", "path", "reactive"] = "both"
     """How the arm moves: the path as reference of policies that may leave it ("both"), the path as planned, where only the clock
     reacts ("path"), or policies alone, without a path ("reactive"). See `hrcjax.sim.guide`."""
+    contact_mass: str = "standard"
+    """The mass of the arm in a contact, which bounds the speed in red and in a stop: half of the arm and the payload, as the standard
+    has it ("standard"), or what a push at the point in the direction of the person feels in this posture ("reflected")."""
     backend: str = "folded"
     """Dynamics of the arm: "folded" or "mjx"."""
     linear_servo: bool = False
@@ -90,6 +96,10 @@ class Cell:
     """Where the map's distance is sampled for the arm: everything that it can reach."""
     voxels: VoxelLayout = CELL_VOXELS
     """Voxels in which people are followed."""
+
+    def __post_init__(self) -> None:
+        if self.contact_mass not in CONTACT_MASSES:
+            raise ValueError(f"contact_mass {self.contact_mass!r}; accepted: {', '.join(CONTACT_MASSES)}")
 
     @property
     def control_offsets(self) -> np.ndarray:

@@ -228,6 +228,13 @@ def repelling(arm: ArmMotion, goal: Goal, clearance: Clearance) -> tuple[Repel, 
     )  # fmt: skip
 
 
+def contact_speeds(params: SafetyParams, separation: Separation) -> Float[Array, "*row"]:
+    """Contact speed of the most sensitive body region: one by the standard's mass, or of every row by the mass that it feels [m/s]."""
+    if separation.mobility is None:
+        return jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl)))
+    return jnp.min(jax.vmap(pfl_speeds)(separation.mobility(params.pfl.payload)), axis=1)
+
+
 def separation_monitor(
     params: SafetyParams, state: ZoneState, separation: Separation
 ) -> tuple[ZoneState, SafetyDecision]:
@@ -235,7 +242,7 @@ def separation_monitor(
     # S_p counts on data as old as the reaction time; what a person may move until older ones are used is taken off
     older = jnp.clip(separation.age + separation.dt - params.ssm.reaction_time, 0.0, params.max_age)
     d = separation.distance - params.ssm.v_h_near * older
-    slowest_contact = jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl))).astype(d.dtype)
+    slowest_contact = contact_speeds(params, separation).astype(d.dtype)
     return monitor(
         params, state, d, separation.approach, separation.age, separation.dt, valid=separation.valid, pfl_speed=slowest_contact,
         guarded=separation.guarded,

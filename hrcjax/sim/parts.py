@@ -18,7 +18,7 @@ from hrcjax.numerics import safe_norm
 from hrcjax.plan import PathResult, PlanParams, PotentialParams, judge
 from hrcjax.policy import JointLimits
 from hrcjax.robot import Arm
-from hrcjax.safety import SafetyDecision, SsmParams
+from hrcjax.safety import ContactMobility, SafetyDecision, SsmParams
 from hrcjax.sim.sensing import Frames
 from hrcjax.typing import Array, Bool, Float, Joints, Scalar, Vector3
 from hrcjax.world import Scene, obstacle_distances
@@ -178,6 +178,8 @@ class Separation(eqx.Module):
     """True where a camera is missing, or somebody may be hidden who was measured before: no full speed."""
     dt: Scalar
     """Time since the last tick [s]."""
+    mobility: ContactMobility | None = None
+    """What a contact at every row feels of the arm's mass; None: the cell does not ask for it (`Cell.contact_mass`)."""
 
 
 @dataclass(frozen=True)

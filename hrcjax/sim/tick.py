@@ -13,6 +13,7 @@ from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
 from hrcjax.safety import APPROACH_TOLERANCE, ClockState, guard, initial_clock, speed_scale
 from hrcjax.sim.cell import Cell
+from hrcjax.sim.contact import contact_mobility_rows
 from hrcjax.sim.govern import Rows, govern
 from hrcjax.sim.guide import Guidance, guide
 from hrcjax.sim.params import Params
@@ -121,7 +122,8 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     body, tool = computed(control_motion(cell, q, qd))
     room, towards_people = computed(read_room(params, cell, sensed.fields, body))
     approach = computed(towards_people.speeds(qd))
-    separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt)
+    mobility = contact_mobility_rows(cell, q, tool, towards_people)
+    separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility)
     memory, decision = computed(cell.safety.decide(params.safety, state.safety, separation))
     if decision.point_limit.shape != approach.shape:
         raise ValueError(

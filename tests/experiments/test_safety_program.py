@@ -10,6 +10,7 @@ import pytest
 
 from experiments.safety import rows
 from experiments.safety.config import SafetyConfig, parse
+from experiments.safety.contact_ratio import NEAR, REGIONS_OF, ContactRatio
 from experiments.safety.deviation import clock_motion, from_curve
 from experiments.safety.draws import Drawer, images_in_use, moved, played_at
 from experiments.safety.exact_field import EXACT_FIELD, Margin, Shapes
@@ -32,9 +33,19 @@ from hrcjax.field.grid import GridLayout, fit_grid
 from hrcjax.geom.capsules import Capsules
 from hrcjax.lab.errors import UsageError
 from hrcjax.reference.truth import approach_speeds, person_distances
-from hrcjax.safety import SafetyParams, allowed_speed, separation_distance
+from hrcjax.robot import mass_matrix, point_motion
+from hrcjax.safety import (
+    BODY_REGIONS,
+    ContactMobility,
+    SafetyParams,
+    allowed_speed,
+    effective_mass,
+    pfl_speeds,
+    separation_distance,
+)
 from hrcjax.sim import Cell, Fields, Params, Separation, separation_monitor
 from hrcjax.world import Person, person_at, robotica
+from hrcjax.world.person import REGIONS
 
 
 @pytest.fixture(scope="module")
@@ -156,6 +167,75 @@ def test_what_the_variants_allow(cell: Cell) -> None:
     assert limit(cell, "contact_stop", hand, float(only) - 1e-3)[0] == 0
 
 
+def test_the_reflected_mass_is_for_its_variant_alone(cell: Cell) -> None:
+    """Heavy and light rows: slower and faster than the standard's mass allows; the others do not look at it."""
+    safety, hand = numbers(SafetyParams()), len(cell.arm.control_links) - 1
+    plain = seen(cell, hand, 0.5)
+    A = jnp.zeros((plain.distance.shape[0], 6)).at[:, 1].set(jnp.linspace(0.0, 1.0, plain.distance.shape[0]))
+    mobility = ContactMobility(jnp.eye(6), jnp.zeros((3, 6)), A, A, A, jnp.ones(len(A), bool))
+    told = replace(plain, mobility=mobility)
+    part, memory = variant_part(cell.arm), variant_part(cell.arm).start(jnp.float64)
+    decide = jax.jit(part.decide)
+    for variant in VARIANTS:
+        params = numbers(switches(SafetyParams(), variant))
+        without, with_mass = (decide(params, memory, s)[1] for s in (plain, told))
+        assert bool(eqx.tree_equal(without, with_mass)) == (variant != "pfl_reflected")
+    found = np.asarray(decide(numbers(switches(SafetyParams(), "pfl_reflected")), memory, told)[1].point_limit)
+    assert found[0] < contact_speed(safety) < found[-1] and (np.diff(found) > 0).all()
+    by_cell = jax.jit(variant_part(cell.arm, "reflected").decide)(
+        numbers(switches(SafetyParams(), "zones")), memory, told
+    )[1]
+    assert eqx.tree_equal(by_cell, jax.jit(separation_monitor)(safety, memory, told)[1])
+
+
+def test_contact_ratios_against_the_library(cell: Cell) -> None:
+    """Random motions beside a hand and a head: the same from the library's kinematics, inertia and table, point by point."""
+    safety, arm = SafetyParams(), cell.arm
+    ratio, (links, offsets, radii) = ContactRatio(arm, safety.pfl), spheres(arm)
+    links = (*links, arm.tool_link)
+    offsets = np.concatenate([offsets, arm.tool_offset[None]])
+    at = jax.jit(lambda q: (point_motion(arm.chain, q, jnp.zeros_like(q), links, offsets), mass_matrix(arm.chain, q)))
+    speeds = jax.jit(jax.vmap(pfl_speeds))
+    by_name = {"hand": [9], "head": [0, 1]}
+    draw, met = np.random.default_rng(2), set()
+    for _ in range(12):
+        q, qd = draw.uniform(-np.pi, np.pi, 6), draw.normal(size=6)
+        moved, M = jax.tree.map(np.asarray, at(jnp.asarray(q)))
+        a = moved.x[-1] + draw.normal(size=(2, 3)) * 0.12
+        b, radius = a + np.array([0, 0, 0.2]), np.array([0.05, 0.06])
+        inverse = np.linalg.inv(M + safety.pfl.payload * moved.J[-1].T @ moved.J[-1])
+        rows, regions = [], []
+        for x, J, r in zip(moved.x[:-1], moved.J[:-1], radii, strict=True):
+            gaps = np.array(
+                [x - np.clip(x, low, high) for low, high in zip(a, b, strict=True)]
+            )  # upright: a box without width
+            free = np.linalg.norm(gaps, axis=1) - radius - r
+            k = int(free.argmin())
+            if free[k] < NEAR:
+                rows.append(-gaps[k] @ J / np.linalg.norm(gaps[k]))
+                regions.append("hand" if k == 0 else "head")
+        A = np.stack(rows)
+        felt = np.asarray(speeds(jnp.asarray(np.einsum("ri,ij,rj->r", A, inverse, A))))
+        rule = float(jnp.min(pfl_speeds(1 / effective_mass(safety.pfl))))
+        own = [v[by_name[name]].min() for v, name in zip(felt, regions, strict=True)]
+        expected = [max((A @ qd / v).max(), 0.0) for v in (np.array(own), felt.min(axis=1), np.full(len(A), rule))]
+        np.testing.assert_allclose(ratio.at(q, qd, a, b, radius, ("hand", "head")), expected, rtol=1e-6, atol=1e-9)
+        met |= set(regions)
+    assert met == {"hand", "head"}
+    assert ratio.at(q, qd, a + 5, b + 5, radius, ("hand", "head")) == (0.0, 0.0, 0.0)
+    assert ratio.at(q, qd, a, b, -radius, ("hand", "head")) == (0.0, 0.0, 0.0), "nobody"
+    played = ratio.over(
+        np.stack([q, q]),
+        np.stack([qd, qd]),
+        np.array([True, False]),
+        *(np.stack([v] * 2) for v in (a, b, radius)),
+        ("hand", "head"),
+    )
+    assert played[:, 0] == pytest.approx(expected) and not played[:, 1].any()
+    assert set(REGIONS_OF) == set(REGIONS)
+    assert {name for names in REGIONS_OF.values() for name in names} == {region.name for region in BODY_REGIONS}
+
+
 def test_variants_lie_along_the_axis_of_safety_alone() -> None:
     params = with_variants(Params(), VARIANTS)
     assert params.safety.whole.shape == (len(VARIANTS),) and jnp.ndim(params.potential.k_att) == 0
@@ -230,7 +310,7 @@ def test_distance_from_a_line_and_motion_of_a_clock() -> None:
 
 
 def made(zone=None, excess: float = -0.1, short: float = -0.2, **other) -> dict:
-    """A case of 100 ticks at 0.01 s: five variants that go 1 m, the first at half the speed from tick 20 on, while yellow."""
+    """A case of 100 ticks at 0.01 s: six variants that go 1 m, the first at half the speed from tick 20 on, while yellow."""
     count, kinds = 400, len(VARIANTS)
     way = np.minimum(0.01 * np.arange(count), 1.0)
     slow = np.minimum(np.where(np.arange(count) < 20, way, 0.2 + 0.005 * (np.arange(count) - 20)), 1.0)
@@ -243,8 +323,9 @@ def made(zone=None, excess: float = -0.1, short: float = -0.2, **other) -> dict:
         "zone": np.stack([zones] * kinds), "counts": np.ones((kinds, count), bool), "hit": np.zeros(kinds, bool),
         "excess": np.full((kinds, count), excess), "excess_now": np.full((kinds, count), excess),
         "short": np.full((kinds, count), short), "separation": np.full((kinds, count), 0.5),
-        "score_overall": np.array([76.0, 80, 80, 80, 80]), "score_sound": np.array([60.0, 80, 80, 80, 80]),
-        "time_below_sp": np.zeros(kinds), **other,
+        "score_overall": np.array([76.0, 80, 80, 80, 80, 80]), "score_sound": np.array([60.0, 80, 80, 80, 80, 80]),
+        "time_below_sp": np.zeros(kinds), "contact_ratio": np.zeros((kinds, count)), "contact_ratio_any": np.zeros((kinds, count)),
+        "contact_ratio_rule": np.zeros((kinds, count)), **other,
     }  # fmt: skip
 
 
@@ -274,6 +355,11 @@ def test_rows_of_episodes() -> None:
     assert rows.holds("time_mean", 1) is None and rows.bar("time_mean") == "" != rows.bar("violations")
     assert all(rows.definition(name) for name in found), [name for name in found if not rows.definition(name)]
     assert rows.all_rows(cases_of(made(short=0.002)), 0.01, 1.0, 10.0)["violations"]["value"] == 2
+    fast = np.zeros((len(VARIANTS), 400))
+    fast[-1, 7] = 1.2
+    over = rows.all_rows(cases_of(made(contact_ratio=fast)), 0.01, 1.0, 10.0)
+    assert over["pfl_over_max_pfl_reflected"]["value"] == 1.2 and over["pfl_over_max_pfl"]["value"] == 0
+    assert rows.holds("pfl_over_max_pfl_reflected", 1.2) is False and rows.holds("pfl_over_max_pfl", 1.0) is True
 
 
 def test_chatter_is_to_and_fro_within_half_a_second() -> None:
