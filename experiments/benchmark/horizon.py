@@ -28,6 +28,8 @@ WORLDS = (("robotica", "reach_in"), ("robotica", "pass_by"), ("hri", "reach_in")
 STEP = 1e-5
 """Of a logarithm, to either side [1]."""
 AGREE = 1e-3
+SMALL = 1e-9
+"""Differences smaller than this count as so large [1]."""
 
 
 def doubled(tree: Any) -> Any:
@@ -66,15 +68,25 @@ def slopes(seconds: float) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(derivatives), np.stack(differences)
 
 
+def compared(seconds: float, by_chain: np.ndarray, by_difference: np.ndarray) -> dict[str, dict[str, Any]]:
+    """Rows of one horizon, of derivatives and central differences (world, knob)."""
+    error = np.abs(by_chain - by_difference) / np.maximum(np.abs(by_difference), SMALL)
+    error = np.where(np.isfinite(error), error, np.inf)
+    found = {
+        "error": (error.max(), "low"),
+        "within": ((error <= AGREE).mean(), "high"),
+        "norm": (np.linalg.norm(by_chain.mean(axis=0)), ""),
+        "not_finite": ((~np.isfinite(by_chain)).sum(), "low"),
+    }
+    return {
+        f"{name}_{seconds:g}_s": {"value": float(value), "unit": "1", "better": better}
+        for name, (value, better) in found.items()
+    }
+
+
 def run(horizons: tuple[float, ...] = SECONDS) -> dict[str, dict[str, Any]]:
     """Rows of the section."""
     rows: dict[str, dict[str, Any]] = {}
     for seconds in horizons:
-        by_chain, by_difference = slopes(seconds)
-        error = np.abs(by_chain - by_difference) / np.maximum(np.abs(by_difference), 1e-9)
-        mark = f"{seconds:g}_s"
-        rows[f"error_{mark}"] = {"value": float(error.max()), "unit": "1", "better": "low"}
-        rows[f"within_{mark}"] = {"value": float((error <= AGREE).mean()), "unit": "1", "better": "high"}
-        rows[f"norm_{mark}"] = {"value": float(np.linalg.norm(by_chain.mean(axis=0))), "unit": "1", "better": ""}
-        rows[f"not_finite_{mark}"] = {"value": float((~np.isfinite(by_chain)).sum()), "unit": "1", "better": "low"}
+        rows |= compared(seconds, *slopes(seconds))
     return rows
