@@ -40,12 +40,15 @@ that quotes them.
 READING = """
 ## Reading the rows
 
-* **Violations by chance** are slow and near: the arm, stopped or in red, turns away from one part of the body and towards another one
-  whose direction is less than 60 degrees from the first. Such parts are not read (`hrcjax/field/near.py`), so no limit holds for them. The rows
-  `close_...` read directions 18 degrees apart: what remains is slower, probably because directions are as old as the image. Without the retreat
-  (`no_retreat_...`) it is not better: other points move in a stop too. Episodes sensed through images, whose distances are lower bounds by
-  some 10 cm, have none; that spare distance probably is why.
-* **`chance_violations_stop`** counts the same motions beside a person who has come to about C or nearer.
+* **What a violation is.** The arm can't know where a person is by now, only where they were at most a reaction time ago: a tick counts when for each
+  pose of the person within that time some point of the arm is faster towards it than v(d) there. One pose must do for the whole arm. A person who
+  stands still has one pose, so nothing is forgiven. `..._now` judges by the pose at the very tick: a hand that goes by at 1.5 m/s is 8 cm
+  beside where an image of 50 ms ago shows it, and a stopped arm that slides past its image then approaches it by some cm/s.
+* **`ways_...`** are the same episodes with a part switched off: people are read in directions 60 degrees apart alone. A stopped arm then turns
+  away from the trunk and towards a hand before it. Without the retreat (`no_retreat_...`) other points move in a stop too.
+* **Noise.** A person who is 3 cm beside where the image shows them is seen 5 degrees off at 0.36 m. Points nearer than S_p(0) therefore go away by
+  `safety.zone.turn_away` in a stop, if they move at all.
+* **`chance_violations_stop`** counts approaches, by the same pose, beside a person who has come to about C or nearer.
   Contacts are people who walk into the arm, but for `chance_contacts_approaching`.
 * **Scores.** The paper's score has no term for a run that does not arrive, and rewards distance: with zones it may be above 100 %. Against its own
   reference, without zones and without a person, it is below. The sound score counts arrivals.
