@@ -74,7 +74,10 @@ class Bench:
                 "travelled": record.travelled,
                 "q": record.q,
                 "qd": record.qd,
-                **{name: getattr(seen, name) for name in ("separation", "approach", "excess", "excess_now", "short")},
+                **{
+                    name: getattr(seen, name)
+                    for name in ("separation", "approach", "excess", "excess_now", "excess_pose", "short")
+                },
             }
 
         def run(params: Params, world: World) -> dict[str, Array]:

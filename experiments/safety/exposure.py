@@ -30,13 +30,15 @@ class Exposure(eqx.Module):
     approach: Float[Array, "time"]
     """Largest speed of a point of the arm nearer than 2 m towards the person, who is held [m/s]."""
     excess: Float[Array, "time"]
-    """Largest speed of any point towards the person beyond what its distance allows, by that of the person's poses within the
-    reaction time by which it is least: where the person is by now the arm can't know [m/s]."""
+    """Largest speed of any point towards the person beyond what the largest distance of that point within the reaction time allows [m/s]."""
     excess_now: Float[Array, "time"]
-    """The same by the pose at that very tick [m/s]."""
+    """The same by the distance at that very tick [m/s]."""
+    excess_pose: Float[Array, "time"]
+    """The same by that of the person's poses within the reaction time by which it is least for the whole arm, distance and direction:
+    where the person is by now the arm can't know [m/s]."""
     short: Float[Array, "time"]
-    """The most that C exceeds what is left when a point that approaches, by the same pose, brakes now and the person comes on from
-    where it is as fast as is assumed [m]."""
+    """The most that C exceeds what is left when a point that approaches brakes now and the person comes on as fast as is assumed
+    [m]."""
 
 
 def spheres(arm: Arm) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
@@ -96,24 +98,22 @@ def exposed(
         rest = d - comes * stopping_time(ssm, speed) - stopping_distance(ssm, speed)
         return jnp.where(speed > TOWARDS, ssm.intrusion - rest, -FAR)
 
-    def best(at: Array) -> tuple[Array, Array]:
-        """Of a tick, excess and lack of way by the best of the poses within the reaction time, from where the person is by now."""
+    def best(at: Array) -> Array:
+        """Of a tick, the excess by the best of the poses within the reaction time."""
         poses = jnp.maximum(at - jnp.arange(window + 1, dtype=at.dtype), 0)
         d, v = jax.vmap(lambda k: towards(arm, q[at], qd[at], jax.tree.map(lambda x: x[k], person)))(poses)
-        excess = jnp.max(jax.vmap(jax.vmap(beyond))(v, d), axis=1)
-        k = jnp.argmin(excess)
-        return excess[k], jnp.max(jax.vmap(lacks)(v[k], distance[at], largest[at]))
+        return jnp.min(jnp.max(jax.vmap(jax.vmap(beyond))(v, d), axis=1))
 
     now = jnp.max(jax.vmap(jax.vmap(beyond))(speed, distance), axis=1)
-    short = jnp.max(jax.vmap(jax.vmap(lacks))(speed, distance, largest), axis=1)
     worst = jax.lax.top_k(now, min(LOOKED_AT, now.shape[0]))[1]
     by_pose = jax.lax.map(best, worst, batch_size=16)  # of other ticks the excess is no more than now
     return Exposure(
         separation=jnp.min(distance, axis=1),
         approach=jnp.max(jnp.where(distance < 2.0, speed, 0.0), axis=1),
-        excess=now.at[worst].set(by_pose[0]),
+        excess=jnp.max(jax.vmap(jax.vmap(beyond))(speed, largest), axis=1),
         excess_now=now,
-        short=short.at[worst].set(by_pose[1]),
+        excess_pose=now.at[worst].set(by_pose),
+        short=jnp.max(jax.vmap(jax.vmap(lacks))(speed, distance, largest), axis=1),
     )
 
 

@@ -126,6 +126,7 @@ class Chance:
             return {
                 "excess": jnp.max(seen.excess),
                 "excess_now": jnp.max(seen.excess_now),
+                "excess_pose": jnp.max(seen.excess_pose),
                 "short": jnp.max(seen.short),
                 "separation": jnp.min(seen.separation),
                 "hit": jnp.any(moving & (seen.separation < 0)),

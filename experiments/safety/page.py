@@ -25,7 +25,7 @@ that quotes them.
   is the business of the episodes.
 * **Episodes.** {people} in {scenes}; sensed through noisy images of two cameras, once for all variants. Spheres along the axes
   of the arm's capsules from the upper arm outwards, at most 3 cm apart, tell distance and speed towards the exact person at every tick of 8 ms, until 1 s after the
-  arrival. Allowed is v(d), by distances and directions of one pose of the person within the reaction time: what happened later the arm cannot know. Rows with `now` take the pose at the very tick. The variants:
+  arrival. Allowed is v(d) by the largest distance of the point within the reaction time: what happened later it cannot know. Rows with `now` take the distance at the very tick. The variants:
 {variants}
 * **Scores.** The paper's score of a run is relative to itself (`hrcjax/metrics/score.py`), and one that never arrives may score higher; the
   sound score is beside it. Lost time is split by zone by the way along the path: its parts add up to the difference of the times.
@@ -40,15 +40,17 @@ that quotes them.
 READING = """
 ## Reading the rows
 
-* **What a violation is.** The arm can't know where a person is by now, only where they were at most a reaction time ago: a tick counts when for each
-  pose of the person within that time some point of the arm is faster towards it than v(d) there. One pose must do for the whole arm. A person who
-  stands still has one pose, so nothing is forgiven. `..._now` judges by the pose at the very tick: a hand that goes by at 1.5 m/s is 8 cm
-  beside where an image of 50 ms ago shows it, and a stopped arm that slides past its image then approaches it by some cm/s.
+* **What a violation is.** A point of the arm goes towards the person, along the direction at that tick, faster than its largest distance within the
+  reaction time allows. `..._now` takes the distance of the tick. `..._pose` is what the arm can know: distance and direction both of one pose of the
+  person within the reaction time, the best for the whole arm. The difference are people who move across: a hand that goes by at 1.5 m/s is 8 cm
+  beside where an image of 50 ms ago shows it, and a stopped arm that slides past its image then approaches it by some cm/s. A person who stands
+  still has one pose: nothing is forgiven. The reader of the episodes by chance is better than the cell's: exact directions of capsules, where the
+  cell has groups of points.
 * **`ways_...`** are the same episodes with a part switched off: people are read in directions 60 degrees apart alone. A stopped arm then turns
   away from the trunk and towards a hand before it. Without the retreat (`no_retreat_...`) other points move in a stop too.
 * **Noise.** A person who is 3 cm beside where the image shows them is seen 5 degrees off at 0.36 m. Points nearer than S_p(0) therefore go away by
   `safety.zone.turn_away` in a stop, if they move at all.
-* **`chance_violations_stop`** counts approaches, by the same pose, beside a person who has come to about C or nearer.
+* **`chance_violations_stop`** counts approaches, along the direction at that tick, beside a person who has come to about C or nearer.
   Contacts are people who walk into the arm, but for `chance_contacts_approaching`.
 * **Scores.** The paper's score has no term for a run that does not arrive, and rewards distance: with zones it may be above 100 %. Against its own
   reference, without zones and without a person, it is below. The sound score counts arrivals.

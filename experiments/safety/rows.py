@@ -52,9 +52,9 @@ MEANT = {
     "pfl_reflected": ", power and force limiting alone by the reflected mass",
 }
 _PER_VARIANT = {
-    "violations": "episodes, in both ways to move, with a tick in which a point of the arm is faster towards the person than its distance allows by more than 5 mm/s, whichever of the poses within the reaction time counts, or could not stop before C; motions without jumps",
-    "excess_speed_max": "largest speed of any point of the arm towards the person beyond what its distance allows, by that pose of the person within the reaction time that is best for the whole arm; negative: never reached",
-    "excess_now_max": "the same by the pose at that very tick, as if nothing were late",
+    "violations": "episodes, in both ways to move, with a tick in which a point of the arm is faster towards the person than its largest distance within the reaction time allows by more than 5 mm/s, or could not stop before C; motions without jumps",
+    "excess_speed_max": "largest speed of any point of the arm towards the person beyond what its largest distance within the reaction time allows; negative: never reached",
+    "excess_now_max": "the same by the distance at that very tick, as if nothing were late",
     "stop_short_max": "largest lack of the way to stop: C less what is left when the approaching point brakes at that tick and the person comes on as fast as is assumed; negative: spare",
     "separation_min": "least exact distance of arm and person",
     "contacts": "episodes in which arm and person touch while the arm moves",
@@ -101,8 +101,10 @@ DEFINITIONS: dict[str, str] = {
     "chance_violations_speed": "of them, those in which a point is faster than allowed by more than 5 mm/s",
     "chance_speed_in_stop": "of these, those whose worst tick is in a stop",
     "chance_excess_max": "largest excess of speed",
-    "chance_violations_now": "episodes with an excess of more than 5 mm/s by the pose of the person at the very tick, as if nothing were late",
+    "chance_violations_now": "episodes with an excess of more than 5 mm/s by the distance at the very tick, as if nothing were late",
     "chance_excess_now_max": "the largest such excess",
+    "chance_violations_pose": "episodes with an excess of more than 5 mm/s by distance and direction of whichever pose of the person within the reaction time: what the arm can know",
+    "chance_excess_pose_max": "the largest such excess",
     "chance_excess_p999": "99.9th percentile of the largest excess of an episode",
     "chance_stop_short_max": "largest lack of the way to stop; negative: spare",
     "chance_contacts": "episodes in which arm and person touch while a joint moves: also a person who walks into a retreating arm",
@@ -115,9 +117,11 @@ DEFINITIONS: dict[str, str] = {
     "chance_hours_20000": "time that 20,000 would take",
     "no_retreat_episodes": "episodes by chance without the retreat of a stop (zone.retreat_speed 0)",
     "no_retreat_violations": "of them, those with a violation",
+    "no_retreat_violations_pose": "of them, those by whichever pose within the reaction time, as chance_violations_pose",
     "no_retreat_excess_max": "their largest excess of speed",
     "ways_episodes": "episodes by chance in which people are read in directions 60 degrees apart alone, without those in front of a nearer surface",
     "ways_violations": "of them, those with a violation",
+    "ways_violations_pose": "of them, those by whichever pose within the reaction time, as chance_violations_pose",
     "ways_excess_max": "their largest excess of speed",
 }
 
@@ -310,6 +314,8 @@ def chance_rows(cases: Sequence[Case], still: Sequence[Case], ways: Sequence[Cas
         "chance_excess_max": row(excess.max(), "m/s"),
         "chance_violations_now": row((joined(cases, "excess_now") > TOWARDS).sum(), "episodes"),
         "chance_excess_now_max": row(joined(cases, "excess_now").max(), "m/s"),
+        "chance_violations_pose": row((joined(cases, "excess_pose") > TOWARDS).sum(), "episodes"),
+        "chance_excess_pose_max": row(joined(cases, "excess_pose").max(), "m/s"),
         "chance_excess_p999": row(np.percentile(excess, 99.9), "m/s"),
         "chance_stop_short_max": row(1e3 * short.max(), "mm"),
         "chance_contacts": row(joined(cases, "hit").sum(), "episodes"),
@@ -328,6 +334,7 @@ def chance_rows(cases: Sequence[Case], still: Sequence[Case], ways: Sequence[Cas
             rows |= {
                 f"{name}_episodes": row(len(over), "episodes"),
                 f"{name}_violations": row(broken_ones.sum(), "episodes"),
+                f"{name}_violations_pose": row((joined(part, "excess_pose") > TOWARDS).sum(), "episodes"),
                 f"{name}_excess_max": row(over.max(), "m/s"),
             }
     return rows

@@ -27,6 +27,9 @@ CURVE_FROM, CURVE_STEP, CURVE_BITS = -2.56, 0.02, 8
 """Least coordinate [m], resolution [m] and bits an axis of the Hilbert curve; points beyond share its borders."""
 OTHER_WAY = 0.5
 """Cosine of the angle over which two directions differ: 60 degrees [1]."""
+SAME_WAY = 0.99
+"""Cosine of the angle up to which the nearest point stands for the nearest surface: 8 degrees. Between two parts that are equally near the
+direction of the kernel is between both [1]."""
 IN_FRONT = 0.01
 """The mean of a group is so much in front of a plane: more than noise [m]."""
 SLANT = 0.1
@@ -154,7 +157,7 @@ def nearest_others(
     first = jnp.min(nearest)
     reach = jnp.where(first < nobody, jnp.sqrt(_number(first, x.dtype)), FAR)
     offset = x_ - field.points[(first & _places(field)).astype(jnp.int32)]
-    nearer = (reach <= distance) & (jnp.sum(offset * away) > OTHER_WAY * reach)
+    nearer = (reach <= distance) & (jnp.sum(offset * away) > SAME_WAY * reach)
     first = jnp.where(nearer, first, nobody)  # that of the nearest surface
     distance = jnp.minimum(reach, distance)
     found: list[Nearest] = []

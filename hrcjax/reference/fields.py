@@ -128,7 +128,7 @@ def other_surfaces(
     if nearest:
         k = int(np.argmin([np.linalg.norm(offset) for offset in nearest]))
         reach = float(np.linalg.norm(nearest[k]))
-        if reach <= plane and nearest[k] @ away > 0.5 * reach:
+        if reach <= plane and nearest[k] @ away > 0.99 * reach:
             del left[k]
         plane = min(plane, reach)
     for _ in range(count):

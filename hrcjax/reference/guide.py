@@ -54,7 +54,11 @@ class Approach:
         counts = self.lost | _directed(self.g).ravel()
         turn = RETREAT_TURN * np.sqrt((self.A * self.A).sum(axis=-1) + 1e-12)
         given = np.where(limit < 0, np.maximum(limit, -turn), limit * self.share)
-        return np.where(counts, given, np.inf).reshape(self.g.shape[:2])
+        given = np.where(counts, given, np.inf).reshape(self.g.shape[:2])
+        for one, g in zip(given, self.g, strict=True):
+            if ((g @ g.T < -0.9) & (one < 0)[:, None] & (one < 0)).any():
+                np.maximum(one, 0.0, out=one)
+        return given
 
 
 def _directed(g: NDArray) -> NDArray:

@@ -17,6 +17,8 @@ LOST = 5.0
 
 RETREAT_TURN = 0.5
 """No retreat is asked for that would need faster joints, together [rad/s]."""
+OPPOSED = -0.9
+"""Cosine of the angle from which on two surfaces are on opposite sides of a point: 154 degrees [1]."""
 IN_A_GAP = 0.02
 """Speed at which a point may move between two surfaces, where the distance has no direction [m/s]."""
 
@@ -67,7 +69,11 @@ class Rows(eqx.Module):
         # a retreat needs no share, and none is asked for that turns a joint fast
         turn = RETREAT_TURN * jnp.sqrt(jnp.sum(self.A * self.A, axis=-1) + 1e-12)
         given = jnp.where(limit < 0, jnp.maximum(limit, -turn), limit * self.share)
-        return jnp.where(counts, given, jnp.inf).reshape(self.g.shape[:2])
+        given = jnp.where(counts, given, jnp.inf).reshape(self.g.shape[:2])
+        # a point between two surfaces can't move away from both: it must not keep the others from it
+        opposed = jnp.sum(self.g[:, :, None] * self.g[:, None, :], axis=-1) < OPPOSED
+        squeezed = jnp.any(opposed & (given < 0)[:, :, None] & (given < 0)[:, None, :], axis=(1, 2))
+        return jnp.where(squeezed[:, None], jnp.maximum(given, 0.0), given)
 
 
 def govern(

@@ -93,7 +93,7 @@ def test_nobody_is_far_and_not_approached(cell: Cell) -> None:
     assert np.all(d == 10) and np.all(v == 0) and len(d) == len(spheres(cell.arm)[0])
 
 
-def test_excess_is_by_the_best_pose_within_the_reaction_time(cell: Cell) -> None:
+def test_excess_is_by_the_largest_distance_and_by_the_best_pose_within_the_reaction_time(cell: Cell) -> None:
     """A still person and an arm that turns towards it at a known speed; then the person jumps near, or to the other side."""
     ssm = numbers(SafetyParams()).ssm
     q0 = np.asarray(cell.arm.home, float)
@@ -117,7 +117,8 @@ def test_excess_is_by_the_best_pose_within_the_reaction_time(cell: Cell) -> None
     other = jnp.asarray((tip + np.where(np.arange(ticks) < 4, -0.2, 0.2)[:, None] * side)[:, None])
     seen = jax.jit(lambda *x: exposed(cell.arm, ssm, window, *x))(q, qd, Capsules(other, other, person.radius))
     assert np.max(seen.excess_now[:4]) < 0.05 < 0.2 < seen.excess_now[4]
-    assert np.max(seen.excess[4:7]) < 0.05 < 0.2 < seen.excess[7] == pytest.approx(float(seen.excess_now[7]))
+    assert seen.excess[4] > 0.2, "the largest distance forgives no direction"
+    assert np.max(seen.excess_pose[4:7]) < 0.05 < 0.2 < seen.excess_pose[7] == pytest.approx(float(seen.excess_now[7]))
 
 
 def person_tip(cell: Cell, q: np.ndarray) -> np.ndarray:
@@ -321,7 +322,7 @@ def made(zone=None, excess: float = -0.1, short: float = -0.2, **other) -> dict:
         "person": np.array("reach_in"), "scene": np.array("robotica"), "seed": np.array(0), "clean": np.array(True),
         "travelled": np.stack([slow] + [way] * (kinds - 1)), "time_to_goal": time, "success": np.ones(kinds),
         "zone": np.stack([zones] * kinds), "counts": np.ones((kinds, count), bool), "hit": np.zeros(kinds, bool),
-        "excess": np.full((kinds, count), excess), "excess_now": np.full((kinds, count), excess),
+        "excess": np.full((kinds, count), excess), "excess_now": np.full((kinds, count), excess), "excess_pose": np.full((kinds, count), excess),
         "short": np.full((kinds, count), short), "separation": np.full((kinds, count), 0.5),
         "score_overall": np.array([76.0, 80, 80, 80, 80, 80]), "score_sound": np.array([60.0, 80, 80, 80, 80, 80]),
         "time_below_sp": np.zeros(kinds), "contact_ratio": np.zeros((kinds, count)), "contact_ratio_any": np.zeros((kinds, count)),
@@ -377,7 +378,7 @@ def test_chatter_is_to_and_fro_within_half_a_second() -> None:
 
 def test_rows_of_chance() -> None:
     part = {
-        "excess": np.array([-0.1, 0.01, -0.2]), "short": np.array([-0.1, -0.1, 0.01]), "worst_zone": np.array([0, 3, 3]), "excess_now": np.array([-0.1, 0.02, 0.01]),
+        "excess": np.array([-0.1, 0.01, -0.2]), "short": np.array([-0.1, -0.1, 0.01]), "worst_zone": np.array([0, 3, 3]), "excess_now": np.array([-0.1, 0.02, 0.01]), "excess_pose": np.array([-0.1, 0.006, -0.2]),
         "hit": np.zeros(3, bool), "fastest": np.array([1.0, 2.5, 1.0]), "arrived": np.ones(3, bool),
         "met": np.ones(3, bool), "held": np.zeros(3, bool), "seconds": np.array(2.0),
     }  # fmt: skip
@@ -386,6 +387,7 @@ def test_rows_of_chance() -> None:
     assert (
         value["chance_episodes"] == 6
         and value["chance_violations"] == 4 == value["chance_violations_now"]
+        and value["chance_violations_pose"] == 2
         and value["chance_speed_in_stop"] == 2
     )
     assert value["chance_per_s"] == 1.5 and value["chance_upper"] == upper_limit(4, 6)

@@ -208,3 +208,16 @@ def test_a_plane_without_points_counts_as_a_nearer_surface(between_walls) -> Non
     seen = between_walls(jnp.asarray([0.05, 0.0, 0.0]), jnp.asarray(0.1))
     toward = -np.asarray(seen.person_gradient)[1:, 0]
     assert not np.any((toward > 0.5) & (np.asarray(seen.person_distance)[1:] < 0.3))
+
+
+@pytest.mark.parametrize("angle", [35.0, 45.0, 55.0])
+def test_two_hands_that_are_equally_near_are_both_read(angle: float) -> None:
+    """The direction of the kernel is between both: none of them is the nearest surface."""
+    turn, rng = np.deg2rad(angle), np.random.default_rng(1)
+    hands = [
+        0.3 * np.array([np.cos(turn), side * np.sin(turn), 0.0]) + rng.uniform(-0.01, 0.01, (20, 3)) for side in (1, -1)
+    ]
+    x, away = jnp.zeros(3), jnp.asarray([-1.0, 0.0, 0.0])
+    found = others(cloud_of(np.concatenate(hands), places=64), x, away)
+    sides = sorted(float(-offset[1]) for some, _, offset in found if some)
+    assert len(sides) == 2 and sides[0] < -0.9 * 0.3 * np.sin(turn) and sides[1] > 0.9 * 0.3 * np.sin(turn)

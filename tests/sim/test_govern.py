@@ -96,3 +96,27 @@ def test_a_gap_does_not_hold_the_arm_for_ever() -> None:
     rows, room = beside([3.0, 3.0, 0.5], d, slope)
     got = both(jnp.asarray([0.5, 0.1, 0, 0, 0, 0]), rows, jnp.full(POINTS, 1.0), room, jnp.asarray(1.0))
     assert 0.5 * IN_A_GAP < speeds(got)[POINTS - 1] <= IN_A_GAP + 1e-9
+
+
+def test_a_point_between_two_surfaces_does_not_keep_the_hand_from_its_retreat() -> None:
+    """People on both sides of an elbow, whom it must not approach; the hand is asked to go away from somebody else, and can."""
+    _, room = beside([0.0, 0.0, 5.0])
+    hand = POINTS - 1
+    elbow = int(np.argmax(np.array(CELL.arm.control_links) == 2))
+    side = np.asarray(J[elbow, :, 0])
+    side = side / np.linalg.norm(side)
+    way = np.asarray(
+        jnp.sum(J[hand, :, 3:] @ jnp.ones(3)) * jnp.asarray([0.0, 0.0, 1.0])
+    )  # up or down, by the wrist alone
+    way = way / np.linalg.norm(way)
+    g = np.zeros((POINTS, 2, 3))
+    g[elbow] = [side, -side]
+    g[hand, 0] = way
+    d, limit = np.full((POINTS, 2), 9.0), np.full((POINTS, 2), 1.0)
+    d[elbow], limit[elbow], d[hand, 0], limit[hand, 0] = 0.3, -0.02, 0.25, -0.1
+    squeezed = Rows.towards(CELL.arm, jnp.asarray(d), jnp.asarray(g), J)
+    got = np.asarray(
+        govern(Params(), CELL, jnp.zeros(6), squeezed, jnp.asarray(limit.reshape(-1)), room, jnp.asarray(0.25))
+    )
+    assert way @ np.asarray(J)[hand] @ got > 0.05
+    assert abs(side @ np.asarray(J)[elbow] @ got) <= APPROACH_TOLERANCE

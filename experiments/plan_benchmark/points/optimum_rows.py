@@ -30,7 +30,7 @@ def excess(cases: Sequence[Case], of: str, k: int) -> NDArray:
 
 
 def optimum_rows(cases: Sequence[Case]) -> Rows:
-    """All rows; scenes in which the augmented Lagrangian found nothing are counted apart. A planner's failure counts as not within."""
+    """All rows; a scene in which the augmented Lagrangian found nothing counts as not within, as a planner's failure does."""
     solved = [case for case in cases if bool(case["solved"])]
     rows: Rows = {
         f"{BEGIN}_scenes": {"value": float(len(cases)), "unit": "scenes"},
@@ -48,10 +48,15 @@ def optimum_rows(cases: Sequence[Case]) -> Rows:
         for of, begin in (("best", ""), ("equal", "equal_"), ("own", "own_")):
             over = excess(solved, of, k)
             largest(f"{begin}cost_max_{name}", over, "1")
-            rows[f"{BEGIN}_{begin}within_{name}"] = row(share(over <= WITHIN), "1")
+            # a scene without a reference is not one in which it was reached
+            rows[f"{BEGIN}_{begin}within_{name}"] = row(
+                share(np.append(over <= WITHIN, np.zeros(len(cases) - len(solved), bool))), "1"
+            )
         failed = ~np.isfinite(excess(solved, "best", k))
         rows[f"{BEGIN}_failed_{name}"] = {"value": float(failed.sum()), "unit": "scenes"}
         largest(f"violation_{name}", [1000 * case["violation"][k] for case in solved], "mm")
     largest("violation_best", [1000 * case["best_violation"] for case in solved], "mm")
     largest("residual", [1000 * case["residual"] for case in solved], "mm")
+    lost = sum(not np.isfinite(case["equal_residual"]).all() for case in solved)
+    rows[f"{BEGIN}_equal_lost"] = {"value": float(lost), "unit": "scenes"}
     return rows

@@ -76,6 +76,7 @@ DEFINITIONS = {
     "point_lagrange_own_cost_max": "the same, started from the planner's path alone: what the optimiser itself left",
     "point_lagrange_own_within": f"share of scenes in which that is at most {WITHIN:g}",
     "point_lagrange_violation": "most that is missing from the distance asked for by the dense check; negative: kept by more",
+    "point_lagrange_equal_lost": "scenes in which the augmented Lagrangian that is allowed the planner's violation found no minimum: the least of its others stands for it",
     "point_lagrange_residual": "largest violation or push of a constraint that does not bind, at the least cost",
     "point_scenes": "scenes",
     "point_rejected": "seeds rejected for this reason",
