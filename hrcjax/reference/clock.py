@@ -1,7 +1,7 @@
 """The path clock in plain floats; as `hrcjax.safety.clock`."""
 
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from scipy.optimize import brentq
 
@@ -83,4 +83,5 @@ def _towards_end(params: ClockParams, v: float, r: float, lower: float, upper: f
         return upper
     if excess(lower) > 0:
         return max(min(lower, -v * v / (2 * r) if r else 0.0), -params.brake)
-    return brentq(excess, lower, upper, xtol=ROUNDING)
+    root: Any = brentq(excess, lower, upper, xtol=ROUNDING)
+    return float(root)
