@@ -17,6 +17,10 @@ BARS = {
         "new_sound_loss_s": ("<=", 3.0),
         "second_process_s": ("<=", 6.0),
     },
+    "horizon": {
+        **{f"error_{length}": ("<=", 1e-3) for length in ("1_s", "10_s", "30_s")},
+        **{f"not_finite_{length}": ("<=", 0.0) for length in ("1_s", "10_s", "30_s")},
+    },
     "sweep": {"ratio_to_serial": (">=", 15.0)},
     "map": {
         "p95_ms": ("<", 33.0),
