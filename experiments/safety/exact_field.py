@@ -5,17 +5,14 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.field.grid import GridField, fit_grid, grid_distance_and_gradient, grid_nodes
+from hrcjax.field.near import OTHER_WAY
 from hrcjax.geom.segment import FAR
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.sim import Cell, FieldPart, Fields, Reading
+from hrcjax.sim.default_parts import SURFACES
 from hrcjax.typing import Array, Float, Vector3
 from hrcjax.world import Scene
 from hrcjax.world.scene import scene_distance
-
-SURFACES = 3
-"""Surfaces of people that are read at a point."""
-APART = 0.5
-"""Cosine of the angle from which on two directions are different ones, as in the cell: 60 degrees [1]."""
 
 
 class Margin(eqx.Module):
@@ -65,7 +62,7 @@ def read(params: Margin, fields: Fields, x: Vector3) -> Reading:
         found.append(jnp.where(some, directions[k], 0.0))
         along = jnp.sum(directions * directions[k], -1)
         behind = along * to_surface >= to_surface[k] - params.in_front
-        left = jnp.where((along > APART) & behind, FAR, left).at[k].set(FAR)
+        left = jnp.where((along > OTHER_WAY) & behind, FAR, left).at[k].set(FAR)
     near = distances[0] < stands
     return Reading(
         jnp.where(near, distances[0], stands), jnp.where(near, found[0], off), jnp.stack(distances), jnp.stack(found),

@@ -32,7 +32,7 @@ that quotes them.
 * **The path.** Mode `path`, in double precision: the commanded reference against SciPy's spline of the plan, and the arm itself, whose
   deviation is the joint servo's.
 * **By chance.** {episodes} episodes of 8 s: people of the list, turned, moved, faster or slower, earlier or later; the loop is the cell's, but
-  images are not rendered: the field reads the exact capsules, moved by noise of 1 cm, less 3 cm, of three capsules at a point by the rule of the cell's;
+  images are not rendered: the field reads the exact capsules, moved by noise of 1 cm, less 3 cm, of up to three capsules at a point, by a rule as the cell's but for exact shapes;
   30 to 50 ms late, 3 % of the images missing, 2 % 0.2 s late, and up to two failures of all cameras of 0.05 to 1 s. People
   without measurement in a good image (`PERSON_LOST`) are not among the failures.
 """

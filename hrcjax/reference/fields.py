@@ -123,32 +123,39 @@ def other_surfaces(
         plane: distance of x to that surface, if it has no points; else FAR [m].
         count: how many are wanted.
     """
-    left, found = list(field.groups), []
-    nearest = [min(x - field.points[g], key=np.linalg.norm) for g in left]
-    if nearest:
-        k = int(np.argmin([np.linalg.norm(offset) for offset in nearest]))
-        reach = float(np.linalg.norm(nearest[k]))
-        if reach <= plane and nearest[k] @ away > 0.99 * reach:
-            del left[k]
-        plane = min(plane, reach)
+    order = np.concatenate(field.groups)
+    sizes = np.array([len(group) for group in field.groups])
+    starts = np.append(0, np.cumsum(sizes)[:-1])
+    offsets = x - field.points[order]
+    reaches = np.sqrt((offsets * offsets).sum(axis=1))
+    least = np.minimum.reduceat(reaches, starts)
+    ways = np.add.reduceat(offsets, starts) / sizes[:, None]
+    left, found = np.ones(len(sizes), bool), []
+
+    def nearest_of(group: int) -> NDArray:
+        part = slice(starts[group], starts[group] + sizes[group])
+        return offsets[part][np.argmin(reaches[part])]
+
+    k = int(np.argmin(least))
+    left[k] = not (least[k] <= plane and nearest_of(k) @ away > 0.99 * least[k])
+    plane = min(plane, float(least[k]))
     for _ in range(count):
-        left = [g for g in left if _another(x - field.points[g].mean(axis=0), away, plane)]
-        if not left:
+        left &= _another(ways, away, plane)
+        if not left.any():
             found.append((FAR, np.zeros(3)))
             continue
-        offsets = [min(x - field.points[g], key=np.linalg.norm) for g in left]
-        k = int(np.argmin([np.linalg.norm(offset) for offset in offsets]))
-        found.append((float(np.linalg.norm(offsets[k])), offsets[k]))
-        del left[k]
+        k = int(np.argmin(np.where(left, least, np.inf)))
+        found.append((float(least[k]), nearest_of(k)))
+        left[k] = False
         away, plane = _unit(found[-1][1][None])[0], found[-1][0]
     return found
 
 
-def _another(way: NDArray, away: NDArray, plane: float) -> bool:
-    """Whether a vector differs from a unit vector by more than 60 degrees, or ends in front of a cone about it: by 1 cm and a slope of 0.1."""
-    along = way @ away
-    aside = np.sqrt(max(way @ way - along * along, 0.0))
-    return bool(along <= 0.5 * np.sqrt(way @ way) or along < plane - 0.01 - 0.1 * aside)
+def _another(ways: NDArray, away: NDArray, plane: float) -> NDArray:
+    """Which vectors differ from a unit vector by more than 60 degrees, or end in front of a cone about it: by 1 cm and a slope of 0.1."""
+    along, square = ways @ away, (ways * ways).sum(axis=1)
+    aside = np.sqrt(np.maximum(square - along * along, 0.0))
+    return (along <= 0.5 * np.sqrt(square)) | (along < plane - 0.01 - 0.1 * aside)
 
 
 def scene_of(grid: GridField) -> Scene:

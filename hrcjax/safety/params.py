@@ -41,7 +41,7 @@ class ZoneParams(eqx.Module):
     """Speed at which the nearest points are asked to move away in a stop, until it can end; 0: no retreat [m/s]."""
     turn_away: float = 0.02
     """Speed at which every point nearer than S_p(0) moves away in a stop, if it moves: a person who is 3 cm beside where an image shows
-    them is seen 5 degrees off at S_p(0) = 0.36 m; 0.25 * 0.03 / 0.36 of the red speed then is approach [m/s]."""
+    them is seen 5 degrees off at 0.36 m, and a point that slides by at the red speed approaches at 0.25 * 0.03 / 0.36 [m/s]."""
     red_only_slows: bool = eqx.field(static=True, default=False)
     """The Robotica paper's reading: no distance stops the robot, red only slows it; faulty data still does."""
     red_follows_separation: bool = eqx.field(static=True, default=True)
