@@ -2,6 +2,9 @@
 
 import os
 from pathlib import Path
+from queue import Empty
+from time import monotonic
+from typing import Any
 
 import jupytext
 import nbclient
@@ -11,11 +14,43 @@ from toy_run import make_run
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 
 
+ASK_AGAIN = 5.0
+"""Longest wait for a message before the socket is looked at again [s]."""
+
+
+def look_again(channel: Any) -> None:
+    """Makes a channel look at its socket every few seconds: ZeroMQ's asyncio poller may miss a wake-up, and hands a message that has
+    arrived over when the wait ends (pyzmq 1558), here after the whole timeout of a cell."""
+    once = channel.get_msg
+
+    async def get_msg(timeout: float | None = None) -> Any:
+        end = float("inf") if timeout is None else monotonic() + timeout
+        while True:
+            left = max(end - monotonic(), 0.0)
+            try:
+                return await once(timeout=min(left, ASK_AGAIN))
+            except Empty:
+                if left <= ASK_AGAIN:
+                    raise
+
+    channel.get_msg = get_msg
+
+
+class Client(nbclient.NotebookClient):
+    """A client that misses no message."""
+
+    async def async_start_new_kernel_client(self) -> Any:
+        client = await super().async_start_new_kernel_client()
+        for channel in (client.shell_channel, client.iopub_channel):
+            look_again(channel)
+        return client
+
+
 def images_of(name: str) -> int:
     """Pictures that a notebook shows."""
     notebook = jupytext.read(NOTEBOOKS / name)
     place = {"metadata": {"path": str(NOTEBOOKS)}}
-    nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=place).execute()
+    Client(notebook, timeout=600, kernel_name="python3", resources=place).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     return sum("image/png" in output.get("data", {}) for output in outputs)
 
