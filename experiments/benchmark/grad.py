@@ -3,7 +3,8 @@
 K_att, K_rep and zeta of the default cell are differentiated, in reverse mode through plan and all ticks, by the programs of
 `hrcjax.tune.staged`; the loss is `progress`. `compile_s` is the time until all of them are compiled in a process that has nothing on
 disk, `second_process_s` the same in a new process that finds them there. `new_loss_s` is the time for another loss in the first one, the
-terms `time` and `jerk`; `new_sound_loss_s` for `sound`, which computes exact distances to people and obstacles with their derivatives.
+terms `time` and `jerk`; `new_sound_loss_s` for `sound`, which computes exact distances to people and obstacles with their derivatives;
+`new_weights_s` then for `sound`, `time` and `jerk` together with other weights: every term is a program, and its weight an argument.
 `share_of_ticks` is that of forward and reverse ticks in the time of value and gradient; the rest is plan, fields and loss.
 """
 
@@ -98,7 +99,9 @@ def run(repeat: int = 2, batch: int = BATCH) -> dict[str, dict[str, Any]]:
     seconds = gradient.timed(vectors, worlds)
     gradient.identity = None  # not from the disk
     new_s = {}
-    for row, words in (("new_loss_s", ["time", "jerk=0.1"]), ("new_sound_loss_s", ["sound"])):
+    for row, words in (
+        ("new_loss_s", ["time", "jerk=0.1"]), ("new_sound_loss_s", ["sound"]), ("new_weights_s", ["sound=2", "time=0.1", "jerk=0.2"]),
+    ):  # fmt: skip
         losses, weights = parse_losses(words)
         gradient.new_loss(replace(stages, losses=losses, weights=weights))
         new_s[row] = {"value": gradient.compile_s, "unit": "s"}

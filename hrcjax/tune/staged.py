@@ -1,8 +1,9 @@
 """Value and gradient of whole episodes as separate programs.
 
-They are compiled side by side in threads, and kept on disk as `hrcjax.lab.traced` keeps programs; a changed loss compiles its own alone.
+They are compiled side by side in threads, and kept on disk as `hrcjax.lab.traced` keeps programs. Every term of the loss is a program;
+its weight is an argument: other weights compile nothing, another term its own program alone.
 
-    plan -> path, route      fit -> fields      ticks -> record      loss -> value, and derivatives by all of these
+    plan -> path, route      fit -> fields      ticks -> record      terms -> values, and derivatives by all of these
     ticks back               fit back           plan back            : derivatives by the coordinates, added up
 
 Programs pass flat lists of arrays; forward ones give what their reverse (`jax.vjp`) needs beside their results.
@@ -10,7 +11,7 @@ Programs pass flat lists of arrays; forward ones give what their reverse (`jax.v
 
 import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -20,8 +21,8 @@ import jax.numpy as jnp
 from hrcjax.lab.provenance import PACKAGE, code_digest
 from hrcjax.lab.traced import traced
 from hrcjax.numerics import unrolled_options
-from hrcjax.tune.declared import LOSSES
-from hrcjax.tune.stages import Stages, torque_clipped
+from hrcjax.tune.declared import LOSSES, Loss
+from hrcjax.tune.stages import Stages, torque_clipped, weighted
 from hrcjax.tune.step import Values
 
 Flat = dict[str, Any]
@@ -88,6 +89,7 @@ class StagedGradient:
         self.functions: dict[str, Callable[..., Flat]] = {}
         self.likes: dict[str, Any] = {}
         self.pulls: dict[str, Any] = {}
+        self.terms: dict[str, Loss] = {}
         self.programs: dict[str, Any] = {}
         given = shapes_of(vectors), shapes_of(worlds)
         begin = time.monotonic()
@@ -99,38 +101,65 @@ class StagedGradient:
             for name, out in (("plan", plan), ("fit", fit)):
                 if out["kept"]:
                     self._make(pool, f"{name} back", self._back(name), (out["kept"], out["floats"]))
-            self._make(pool, "loss", self._loss, (*given, *_results(plan), *_results(ticks)))
-        self.programs = {name: one.result() for name, one in self.programs.items()}
-        self.compile_s = time.monotonic() - begin
+            self.given = *given, *_results(plan), *_results(ticks)
+            self._make_terms(pool)
+        self._await(begin)
 
     def new_loss(self, stages: Stages) -> None:
-        """Takes the losses and weights of other stages: one program is compiled."""
+        """Takes the losses and weights of other stages: the programs of terms that are new are compiled."""
         self.stages = replace(self.stages, losses=stages.losses, weights=stages.weights)
         self.exact = None
         begin = time.monotonic()
-        with ThreadPoolExecutor(1) as pool:
-            self._make(pool, "loss", self._loss, self.args["loss"])
-        self.programs["loss"] = self.programs["loss"].result()
+        with ThreadPoolExecutor(THREADS) as pool:
+            self._make_terms(pool)
+        self._await(begin)
+
+    def _make_terms(self, pool: ThreadPoolExecutor) -> None:
+        for loss in self.stages.losses:
+            if self.terms.get(loss.name) is not loss:
+                self.terms[loss.name] = loss
+                self._make(
+                    pool,
+                    loss_program(loss),
+                    self._term(loss),
+                    (*self.given, jax.ShapeDtypeStruct((), self.given[0].dtype)),
+                )
+
+    def _await(self, begin: float) -> None:
+        self.programs = {name: one.result() if isinstance(one, Future) else one for name, one in self.programs.items()}
         self.compile_s = time.monotonic() - begin
 
     def __call__(self, vectors: Any, worlds: Any) -> Values:
         """Losses, terms and gradients of every start."""
         plan, fit = self._run("plan", vectors, worlds), self._run("fit", vectors, worlds)
         ticks = self._run("ticks", vectors, worlds, *_results(plan), *_results(fit))
-        found = self._run("loss", vectors, worlds, *_results(plan), *_results(ticks))
-        if self.linear and bool(found["clipped"]):
+        if self.linear and bool(ticks["clipped"]):
             self.clipped += 1
             if self.exact is None:
                 self.exact = StagedGradient(self.stages, vectors, worlds, self.identity, linear=False)
             return self.exact(vectors, worlds)
-        by_vector, *others = self._run("ticks back", ticks["kept"], found["by_ticks"])["by"]
-        gradient, tuned = found["by_vectors"] + by_vector, self.stages
+        tuned = self.stages
+        found = [
+            self._run(
+                loss_program(loss),
+                vectors,
+                worlds,
+                *_results(plan),
+                *_results(ticks),
+                jnp.asarray(weight, vectors.dtype),
+            )
+            for loss, weight in zip(tuned.losses, tuned.weights, strict=True)
+        ]
+        by_vectors, by_plan, by_ticks = _added([one["by"] for one in found])
+        by_vector, *others = self._run("ticks back", ticks["kept"], by_ticks)["by"]
+        gradient = by_vectors + by_vector
         if tuned.plan_tuned and "plan back" in self.programs:
-            by_plan = [a + b for a, b in zip(found["by_plan"], others[0], strict=True)]
+            by_plan = _added([by_plan, others[0]])
             gradient = gradient + self._run("plan back", plan["kept"], by_plan)["by"][0]
         if tuned.fields_tuned and "fit back" in self.programs:
             gradient = gradient + self._run("fit back", fit["kept"], others[-1])["by"][0]
-        return Values(found["loss"], found["each"], gradient)
+        each = jnp.stack([one["each"] for one in found], axis=-1)
+        return Values(weighted(each, tuned.weights), each, gradient)
 
     def timed(self, vectors: Any, worlds: Any) -> dict[str, float]:
         """Time of every program in a call [s]."""
@@ -152,9 +181,8 @@ class StagedGradient:
         self.args[name], self.functions[name] = args, f
         kept = self.identity
         if kept is not None:
-            losses = [(loss.name, w) for loss, w in zip(self.stages.losses, self.stages.weights, strict=True)]
-            kept = f"{kept} {TUNE_CODE} {name} linear {self.linear}" + (f" {losses}" if name == "loss" else "")
-            own = name == "loss" and any(LOSSES.get(loss.name) is not loss for loss in self.stages.losses)
+            kept = f"{kept} {TUNE_CODE} {name} linear {self.linear}"
+            own = any(LOSSES.get(loss.name) is not loss for loss in self.terms.values() if name == loss_program(loss))
             if own or code_digest(PACKAGE / "tune") != TUNE_CODE:  # code that the identity does not know
                 kept = None
         program = traced(f, args, kept)
@@ -209,19 +237,35 @@ class StagedGradient:
             fields = together(fit_like, given.pop(0) if tuned.fields_tuned else fit, fit_rest)
             return tuned.ticks(v, worlds, route, fields)
 
-        return self._forward("ticks", ticks, vectors, *[plan] * tuned.plan_tuned, *[fit] * tuned.fields_tuned)
+        out = self._forward("ticks", ticks, vectors, *[plan] * tuned.plan_tuned, *[fit] * tuned.fields_tuned)
+        run = together(self._like("ticks"), out["floats"], out["rest"])
+        return out | {"clipped": torque_clipped(run)}
 
-    def _loss(self, vectors: Any, worlds: Any, plan: Any, plan_rest: Any, ticks: Any, ticks_rest: Any) -> Flat:
-        plan_like, ticks_like = self._like("plan"), self._like("ticks")
+    def _term(self, loss: Loss) -> Callable[..., Flat]:
+        def term(
+            vectors: Any, worlds: Any, plan: Any, plan_rest: Any, ticks: Any, ticks_rest: Any, weight: Any
+        ) -> Flat:
+            plan_like, ticks_like = self._like("plan"), self._like("ticks")
 
-        def total(v: Any, plan: Any, ticks: Any) -> tuple[Any, Any]:
-            run = together(ticks_like, ticks, ticks_rest)
-            loss, each = self.stages.loss(v, worlds, together(plan_like, plan, plan_rest)[0], run)
-            return jnp.sum(loss), (loss, each, torque_clipped(run))  # each start has its own derivatives
+            def total(v: Any, plan: Any, ticks: Any) -> tuple[Any, Any]:
+                run = together(ticks_like, ticks, ticks_rest)
+                each = self.stages.term(loss, v, worlds, together(plan_like, plan, plan_rest)[0], run)
+                # each start has its own derivatives
+                return weight * jnp.sum(jnp.mean(each, axis=1)), each
 
-        derivatives, (loss, each, clipped) = jax.grad(total, argnums=(0, 1, 2), has_aux=True)(vectors, plan, ticks)
-        by = dict(zip(("by_vectors", "by_plan", "by_ticks"), derivatives, strict=True))
-        return {"loss": loss, "each": each, "clipped": clipped} | by
+            derivatives, each = jax.grad(total, argnums=(0, 1, 2), has_aux=True)(vectors, plan, ticks)
+            return {"each": each, "by": list(derivatives)}
+
+        return term
+
+
+def loss_program(loss: Loss) -> str:
+    """Name of the program of a term."""
+    return f"loss {loss.name}"
+
+
+def _added(trees: list[Any]) -> Any:
+    return jax.tree.map(lambda *leaves: sum(leaves[1:], leaves[0]), *trees)
 
 
 def _results(out: Mapping[str, Any]) -> tuple[Any, Any]:

@@ -79,14 +79,24 @@ class Stages:
             runs: final states and records.
         """
 
+        each = jnp.stack([self.term(one, vectors, worlds, paths, runs) for one in self.losses], axis=-1)
+        return weighted(each, self.weights), each
+
+    def term(
+        self, loss: Loss, vectors: Float[Array, "start parameter"], worlds: Any, paths: Any, runs: Any
+    ) -> Float[Array, "start world"]:
+        """One of the terms in every world.
+
+        Args:
+            runs: final states and records.
+        """
+
         def one(vector: Array, world: Any, path: Any, run: Any) -> Array:
-            params, episode = self.params_of(vector), Episode(path, run[1], run[0])
-            each = [loss.of(params, self.cell, world, episode) for loss in self.losses]
-            return jnp.stack([jnp.asarray(value, world.q_start.dtype) for value in each])
+            value = loss.of(self.params_of(vector), self.cell, world, Episode(path, run[1], run[0]))
+            return jnp.asarray(value, world.q_start.dtype)
 
         starts = (0, None, 0 if self.plan_tuned else None, 0)
-        each = jax.vmap(jax.vmap(one, in_axes=(None, 0, 0, 0)), in_axes=starts)(vectors, worlds, paths, runs)
-        return weighted(each, self.weights), each
+        return jax.vmap(jax.vmap(one, in_axes=(None, 0, 0, 0)), in_axes=starts)(vectors, worlds, paths, runs)
 
 
 def weighted(each: Float[Array, "start world term"], weights: Sequence[float]) -> Float[Array, "start"]:

@@ -55,33 +55,37 @@ def test_a_clipped_torque_is_noticed(bits: int, clipped: bool) -> None:
     assert bool(torque_clipped((None, record))) is clipped
 
 
+VECTORS = jnp.zeros((1, 2))
 EXACT = Values(jnp.zeros(1), jnp.zeros((1, 1, 1)), jnp.zeros((1, 2)))
 
 
 def canned(clipped: bool, linear: bool = True) -> StagedGradient:
     """Programs that return what is written here: 1 start, 2 parameters, the plan tuned."""
     made = object.__new__(StagedGradient)
-    made.stages = Stages(CELL, (), (), lambda v: v, ("potential.zeta", "policy.target.kp"))
+    losses = tuple(Loss(name, "1", "", lambda *args: args) for name in "xy")
+    made.stages = Stages(CELL, losses, (0.75, 0.25), lambda v: v, ("potential.zeta", "policy.target.kp"))
     made.linear, made.clipped, made.exact, made.times, made.identity = linear, 0, None, None, None
     two, one = jnp.asarray([[1.0, 10.0]]), [jnp.asarray(3.0)]
     outputs = {
         "plan": {"floats": one, "rest": [], "kept": []},
         "fit": {"floats": one, "rest": [], "kept": []},
-        "ticks": {"floats": one, "rest": [], "kept": []},
-        "loss": {
-            "loss": jnp.asarray([0.5]), "each": jnp.zeros((1, 1, 1)), "clipped": jnp.asarray(clipped),
-            "by_vectors": two, "by_plan": one, "by_ticks": one,
-        },
+        "ticks": {"floats": one, "rest": [], "kept": [], "clipped": jnp.asarray(clipped)},
         "ticks back": {"by": [100 * two, [jnp.asarray(4.0)]]},
     }  # fmt: skip
     made.programs = {name: lambda *args, out=out: out for name, out in outputs.items()}
+    for name, value in (("x", 0.5), ("y", 0.25)):
+        made.programs[f"loss {name}"] = lambda v, *args, value=value: {
+            "each": jnp.full((1, 1), value), "by": [args[-1] * two, [args[-1] * one[0]], [args[-1] * one[0]]],
+        }  # fmt: skip
     made.programs["plan back"] = lambda by_plan: {"by": [1000 * by_plan * two]}
     return made
 
 
 def test_derivatives_of_all_stages_are_added() -> None:
     made = canned(clipped=False)
-    np.testing.assert_allclose(made(None, None).gradient, [[7101.0, 71010.0]])
+    found = made(VECTORS, None)
+    np.testing.assert_allclose(found.gradient, [[7101.0, 71010.0]])
+    np.testing.assert_allclose(found.loss, [0.75 * 0.5 + 0.25 * 0.25])
     assert made.clipped == 0 and made.exact is None
 
 
@@ -94,9 +98,9 @@ def test_where_a_torque_is_clipped_the_exact_programs_answer(monkeypatch: pytest
 
     monkeypatch.setattr(staged, "StagedGradient", exact)
     made = canned(clipped=True)
-    assert made(None, None) is EXACT and made(None, None) is EXACT
+    assert made(VECTORS, None) is EXACT and made(VECTORS, None) is EXACT
     assert asked == [False] and made.clipped == 2, "compiled once"
-    assert canned(clipped=True, linear=False)(None, None) is not EXACT, "they are themselves the exact ones"
+    assert canned(clipped=True, linear=False)(VECTORS, None) is not EXACT, "they are themselves the exact ones"
 
 
 class Seen(eqx.Module):
@@ -175,6 +179,36 @@ def test_a_loss_of_ones_own_is_never_from_disk(lines: SimpleNamespace) -> None:
     other = line(1.0, lambda *args: -summed(*args))
     np.testing.assert_allclose(other.loss, -first.loss)
     np.testing.assert_allclose(other.gradient, -first.gradient)
+
+
+def test_terms_are_programs_and_weights_are_not(monkeypatch: pytest.MonkeyPatch, lines: SimpleNamespace) -> None:
+    made = []
+    make = StagedGradient._make
+
+    def noted(self, pool, name, *rest):
+        made.append(name)
+        return make(self, pool, name, *rest)
+
+    monkeypatch.setattr(StagedGradient, "_make", noted)
+    both = tuple(Loss(name, "1", "", of) for name, of in (("sum", summed), ("square", lambda *a: summed(*a) ** 2)))
+    cell = replace(CELL, field=FieldPart(lambda p, frames: jnp.sum(frames), lambda *args: None))
+    names = ("potential.a", "policy.b")
+    stages = Stages(cell, both[:1], (1.0,), lambda v: Two(zip(names, v, strict=True)), names)
+    vectors, world = jnp.asarray([[2.0, 3.0]]), Small(*(jnp.asarray(x)[None] for x in ([0.3, 0.4], [1.0, 2.0], [0.0])))
+    gradient = StagedGradient(stages, vectors, world)
+    first, every = gradient(vectors, world), list(made)
+    assert [name for name in every if name.startswith("loss")] == ["loss sum"]
+    gradient.new_loss(replace(stages, weights=(4.0,)))
+    np.testing.assert_allclose(gradient(vectors, world).gradient, 4 * first.gradient)
+    assert made == every, "another weight compiles nothing"
+    gradient.new_loss(replace(stages, losses=both, weights=(2.0, 0.5)))
+    assert made == [*every, "loss square"], "another term its own program"
+    found, value = gradient(vectors, world), float(first.loss[0])
+    np.testing.assert_allclose(found.loss, [2 * value + 0.5 * value**2], rtol=1e-6)
+    np.testing.assert_allclose(found.gradient, (2 + value) * first.gradient, rtol=1e-5)
+    gradient.new_loss(replace(stages, weights=(1.0,)))
+    np.testing.assert_allclose(gradient(vectors, world).gradient, first.gradient)
+    assert made[-1] == "loss square"
 
 
 def test_a_planner_that_ignores_the_chosen_parameter(lines: SimpleNamespace) -> None:
