@@ -22,6 +22,7 @@ from hrcjax.viz.style import (
     new_figure,
     number,
     parameter_label,
+    scale,
     tidy,
 )
 
@@ -100,8 +101,8 @@ def heat_maps(
         mesh = axes.pcolormesh(
             cell_edges(x.values, x.log), cell_edges(y.values, y.log), shown, cmap=colours, vmin=low, vmax=high
         )
-        axes.set_xscale("log" if x.log else "linear")
-        axes.set_yscale("log" if y.log else "linear")
+        scale(axes.xaxis, x.log)
+        scale(axes.yaxis, y.log)
         if count > 1:
             axes.set_title(f"{parameter_label(panel.name)} = {number(float(panel.values[i]))}", fontsize=9)
         tidy(axes)
@@ -159,7 +160,7 @@ def curve(
     best = best_cell(values, better)
     if best is not None:
         axes.plot(x.values[best], values[best], marker="*", markersize=13, color="white", markeredgecolor="black")
-    axes.set_xscale("log" if x.log else "linear")
+    scale(axes.xaxis, x.log)
     axes.set_xlabel(parameter_label(x.name, x.unit))
     axes.set_ylabel(label(name, unit))
     low, high = finite_range(values)
@@ -192,8 +193,8 @@ def sample_map(
     best = best_cell(np.where(good, values, np.nan), better)
     if best is not None:
         axes.plot(x.values[best], y.values[best], marker="*", markersize=14, color="none", markeredgecolor="black")
-    axes.set_xscale("log" if x.log else "linear")
-    axes.set_yscale("log" if y.log else "linear")
+    scale(axes.xaxis, x.log)
+    scale(axes.yaxis, y.log)
     axes.set_xlabel(parameter_label(x.name, x.unit))
     axes.set_ylabel(parameter_label(y.name, y.unit))
     figure.colorbar(points, ax=axes, label=label(name, unit))

@@ -4,8 +4,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 ZONE_COLOURS = ("#4daf7c", "#f2b632", "#d9534f", "#3b3b46")
 """Green, yellow, red, stop."""
@@ -48,6 +50,16 @@ def parameter_label(name: str, unit: str = "") -> str:
     """Symbol of a swept parameter, as the papers write it, or its name."""
     symbols = {"k_att": r"$K_{att}$", "k_rep": r"$K_{rep}$", "zeta": r"$\zeta$"}
     return symbols[name] if name in symbols else label(name, unit)
+
+
+def scale(axis: Axis, log: bool) -> None:
+    """A linear or a logarithmic axis; of less than two decades with ticks at 1, 2 and 5 as plain numbers, which do not overlap."""
+    axis.axes.set(**{f"{axis.axis_name}scale": "log" if log else "linear"})
+    low, high = axis.get_view_interval()
+    if log and 0 < low < high < 100 * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def tidy(axes: Axes) -> None:
