@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Measure how the arm avoids, over whole episodes of the closed loop against the exact geometry. Four sections:
 
@@ -85,9 +84,5 @@ def parse(argv: Sequence[str]) -> AvoidanceConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, AvoidanceConfig.config)
-    start = replace(read_config(AvoidanceConfig, "avoidance", name), config=name)
-    config = parse_options(
-        AvoidanceConfig, argv, "python -m experiments.avoidance", description=DESCRIPTION, default=start
-    )
+    config = parse_config(AvoidanceConfig, argv, "avoidance", DESCRIPTION)
     return reduced(config) if config.quick else config

@@ -1,6 +1,5 @@
 """One run: from options to cases, rows, page and figures."""
 
-import json
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -10,20 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from hrcjax.cells.named_cell import NamedCell, find_cell
-from hrcjax.cells.people import make_person
+from hrcjax.cells.people import check_worlds, person_key, with_recordings
 from hrcjax.cells.ur5 import CELLS
-from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
-from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.case_store import FIGURES, RunStore, collect, locked_store
+from hrcjax.lab.checks import among, at_least, check_outputs, each_once
 from hrcjax.lab.parameters import leaf_names
-from hrcjax.lab.progress import Progress, duration
-from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
-from hrcjax.lab.rows import read_results
-from hrcjax.lab.run_folder import folder_name
-from hrcjax.lab.writable import check_writable
+from hrcjax.lab.progress import duration
+from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
+from hrcjax.lab.rows import write_rows
 from hrcjax.tune.given import given_params
-from hrcjax.world import scene_named
 
 from .bench import Bench
 from .config import LEAST, SECTIONS, AvoidanceConfig
@@ -41,56 +36,25 @@ AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main
 
 def people(config: AvoidanceConfig) -> tuple[str, ...]:
     """Names and files of the people, those of the folder at the end."""
-    found = sorted(config.recordings.glob("*.bvh")) if config.recordings else []
-    return (*config.people, *(str(path) for path in found))
+    return with_recordings(config.people, config.recordings)
 
 
 def _check(config: AvoidanceConfig) -> None:
-    unknown = [name for name in config.sections if name not in SECTIONS]
-    if unknown:
-        raise UsageError(f"--sections {unknown[0]}: accepted are {', '.join(SECTIONS)}")
-    if config.recordings is not None and not config.recordings.is_dir():
-        raise UsageError(f"--recordings {config.recordings}: no such folder")
-    for option in ("sections", "scenes", "people"):
-        values = getattr(config, option)
-        if not values or len(set(values)) < len(values):
-            raise UsageError(f"--{option}: accepted are one or more values, each once")
-    try:
-        for scene in config.scenes:
-            scene_named(scene, 0)
-        for name in people(config):
-            for one in people_of(name):
-                make_person(one, scene_named(config.scenes[0], 0), 0, 1.0)
-    except (ValueError, OSError) as error:
-        raise UsageError(one_line(error)) from error
-    for option in ("obstacles", "seeds", "gradients"):
-        if getattr(config, option) < LEAST:
-            raise UsageError(f"--{option} {getattr(config, option)}: accepted is {LEAST} or more")
-    for option in ("json", "page"):
-        file = getattr(config, option)
-        if file is not None:
-            if not file.parent.is_dir():
-                raise UsageError(f"no folder {file.parent} for --{option}")
-            check_writable(file.parent, f"--{option}")
+    among(config, "sections", SECTIONS)
+    each_once(config, "sections", "scenes", "people")
+    check_worlds(config.scenes, people(config))
+    at_least(config, LEAST, "obstacles", "seeds", "gradients")
+    check_outputs(config, "json", "page")
 
 
 def identity(config: AvoidanceConfig, params: Any) -> dict[str, Any]:
     """Everything that decides the cases."""
-    own = Path(__file__).parent
     return {
         "options": {key: value for key, value in asdict(config).items() if key not in NO_RESULT},
         "params": leaf_names(params),
         "code": LOADED_CODE,
-        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
+        "program": program_digests(Path(__file__).parent, AFTERWARDS),
     }
-
-
-def person_key(name: str) -> str:
-    """A person's name in that of a case; of a file with its digest."""
-    spec = motion_spec(name)
-    if spec is None:
-        return folder_name(name)
-    return "-".join([folder_name(spec.path.stem), *(file_digest(path)[:8] for path in spec.files)])
 
 
 def wanted(config: AvoidanceConfig, bench: Bench, differ: Differentiator) -> dict[str, Callable[[], Mapping[str, Any]]]:
@@ -111,16 +75,6 @@ def wanted(config: AvoidanceConfig, bench: Bench, differ: Differentiator) -> dic
     return cases
 
 
-def collect(store: RunStore, cases: Mapping[str, Callable[[], Mapping[str, Any]]]) -> dict[str, Case]:
-    """All cases, computed as far as they are not there."""
-    found: dict[str, Case] = {}
-    with Progress(len(cases), unit="case") as progress:
-        for name, make in cases.items():
-            found[name], computed = store.take(name, make)
-            progress.advance(1, None if computed else 0.0, name)
-    return found
-
-
 def run(config: AvoidanceConfig) -> int:
     """Runs or resumes; returns the exit status: 0."""
     begin = time.monotonic()
@@ -130,8 +84,7 @@ def run(config: AvoidanceConfig) -> int:
     named = replace(named, params=given.params)
     mark = fingerprint(identity(config, named.params))
     folder = config.out or Path("runs") / f"avoidance-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
-    about = {"program": "avoidance", "config": asked, "params": leaf_names(named.params), **provenance()}
+    about = {"program": "avoidance", "config": as_asked(config), "params": leaf_names(named.params), **provenance()}
     with locked_store(folder, mark, about, config.overwrite) as store:
         print(f"-> {folder}", file=sys.stderr, flush=True)
         if given.place:
@@ -141,11 +94,10 @@ def run(config: AvoidanceConfig) -> int:
 
 def _measured(config: AvoidanceConfig, named: NamedCell, store: RunStore, begin: float) -> int:
     folder = store.folder
-    cases = collect(store, wanted(config, Bench(named.cell, named.params), Differentiator(named)))
+    makes = wanted(config, Bench(named.cell, named.params), Differentiator(named))
+    cases = collect(store, {name: (name, make) for name, make in makes.items()})
     sections = all_rows(cases, config.sections, named.cell.dt)
-    write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())
-    if config.json:
-        write_bytes(config.json, (json.dumps(read_results(config.json) | sections, indent=1) + "\n").encode())
+    write_rows(folder, config.json, sections)
     names: list[str] = []
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Measure the planners. Two spaces:
 
@@ -89,9 +88,5 @@ def parse(argv: Sequence[str]) -> PlanBenchmarkConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, PlanBenchmarkConfig.config)
-    start = replace(read_config(PlanBenchmarkConfig, "plan_benchmark", name), config=name)
-    config = parse_options(
-        PlanBenchmarkConfig, argv, "python -m experiments.plan_benchmark", description=DESCRIPTION, default=start
-    )
+    config = parse_config(PlanBenchmarkConfig, argv, "plan_benchmark", DESCRIPTION)
     return reduced(config) if config.quick else config

@@ -8,7 +8,6 @@ from typing import Any
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.rows import read_results
-from hrcjax.lab.writable import check_writable
 
 from .rows import POINT, Rows
 
@@ -17,19 +16,6 @@ SECTION, ABOUT = "plan_benchmark", "about"
 SPACES = ("point", "arm")
 Origins = dict[str, dict[str, Any]]
 """Space -> what its rows were measured on."""
-
-
-def check_file(file: Path, option: str) -> None:
-    """Refuses a file that could not be written.
-
-    Raises:
-        UsageError: it is a folder, or its folder is missing or not writable.
-    """
-    if not file.parent.is_dir():
-        raise UsageError(f"no folder {file.parent} for {option}")
-    if file.exists() and not file.is_file():
-        raise UsageError(f"{file} is not a file; give another {option}")
-    check_writable(file.parent, option)
 
 
 def merged(old: Mapping[str, Mapping[str, Any]], new: Rows, space: str) -> Rows:

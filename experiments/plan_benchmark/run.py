@@ -2,13 +2,13 @@
 
 import math
 import sys
-from dataclasses import asdict
 from pathlib import Path
 
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import locked_store
+from hrcjax.lab.checks import at_least, check_outputs
 from hrcjax.lab.errors import UsageError
-from hrcjax.lab.provenance import fingerprint, provenance
+from hrcjax.lab.provenance import as_asked, fingerprint, provenance
 from hrcjax.lab.rows import table
 
 from .about import about, read, stored
@@ -18,23 +18,19 @@ from .page import page
 from .points.page import printed
 from .points.run import chosen, identity, measure_points
 from .problems import read_problems
-from .results import SECTION, Origins, check_file, merged, read_kept, write_results
+from .results import SECTION, Origins, merged, read_kept, write_results
 from .rows import Rows, holds
 
 
 def _check(config: PlanBenchmarkConfig) -> None:
     """Everything that can be refused before anything is measured."""
-    for option, least in (("settings", 0), ("scenes", 1), ("seed", 0), ("unseen", 0), ("lagrange", 0)):
-        if getattr(config, option) < least:
-            raise UsageError(f"--{option} {getattr(config, option)}: accepted is {least} or more")
+    at_least(config, 0, "settings", "seed", "unseen", "lagrange")
+    at_least(config, 1, "scenes")
     if not 0 < config.budget < math.inf:
         raise UsageError(f"--budget {config.budget:g}: accepted is a time above 0 s")
     if len(set(config.planners)) < len(config.planners):
         raise UsageError("--planners: each once")
-    for option in ("json", "page"):
-        file: Path | None = getattr(config, option)
-        if file is not None:
-            check_file(file, f"--{option}")
+    check_outputs(config, "json", "page")
     if config.json and config.page and config.json.resolve() == config.page.resolve():
         raise UsageError(f"--json and --page are both {config.json}; give two files")
     if config.space != "point" and config.problems.exists():
@@ -57,11 +53,12 @@ def measured(config: PlanBenchmarkConfig, planners: tuple[str, ...]) -> tuple[Ro
     """The rows of a run, what those of each space were measured on, and figures; all that is finished is in its folder."""
     mark = fingerprint(identity(config.budget))
     folder = config.out or Path("runs") / f"plan_benchmark-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     rows: Rows = {}
     origins: Origins = {}
     figures: list[str] = []
-    with locked_store(folder, mark, {"program": SECTION, "config": asked, **provenance()}, config.overwrite) as store:
+    with locked_store(
+        folder, mark, {"program": SECTION, "config": as_asked(config), **provenance()}, config.overwrite
+    ) as store:
         print(f"-> {folder}", file=sys.stderr, flush=True)
         if config.space != "arm":
             origins["point"] = read(store.take("about", lambda: stored(about()))[0])

@@ -1,10 +1,8 @@
 """One run: from options to cases, rows, pages and figures."""
 
-import json
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -12,11 +10,10 @@ from typing import Any
 
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
-from hrcjax.lab.errors import UsageError
+from hrcjax.lab.checks import among, at_least, check_outputs, each_once
 from hrcjax.lab.progress import Progress, duration
-from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
-from hrcjax.lab.rows import read_results
-from hrcjax.lab.writable import check_writable
+from hrcjax.lab.provenance import LOADED_CODE, as_asked, file_digest, fingerprint, provenance
+from hrcjax.lab.rows import write_rows
 
 from .claims import claims_page
 from .config import READINGS, ReproduceConfig
@@ -34,25 +31,11 @@ AFTERWARDS = ("rows", "derived", "scores", "page", "time_tables", "score_tables"
 
 
 def _check(config: ReproduceConfig) -> None:
-    unknown = [name for name in config.readings if name not in READINGS]
-    if unknown:
-        raise UsageError(f"--readings {unknown[0]}: accepted are {', '.join(READINGS)}")
-    if not config.readings or len(set(config.readings)) < len(config.readings):
-        raise UsageError("--readings: accepted are one or more values, each once")
-    if config.seeds < 0:
-        raise UsageError(f"--seeds {config.seeds}: accepted is 0 or more")
-    if config.samples < 1:
-        raise UsageError(f"--samples {config.samples}: accepted is 1 or more")
-    for option in ("json", "page", "claims"):
-        file: Path | None = getattr(config, option)
-        if file is not None:
-            if not file.parent.is_dir():
-                raise UsageError(f"no folder {file.parent} for --{option}")
-            if file.is_dir():
-                raise UsageError(f"--{option} {file} is a folder; give a file")
-            check_writable(file.parent, f"--{option}")
-    if config.json is not None:
-        read_results(config.json)
+    among(config, "readings", READINGS)
+    each_once(config, "readings")
+    at_least(config, 0, "seeds")
+    at_least(config, 1, "samples")
+    check_outputs(config, "json", "page", "claims")
 
 
 def ompl_version() -> str:
@@ -117,21 +100,17 @@ def run(config: ReproduceConfig) -> int:
     _check(config)
     mark = fingerprint(identity())
     folder = config.out or Path("runs") / f"reproduce-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     searching = config.seeds > 0
     if searching and (why := missing_ompl()):
         print(why, file=sys.stderr, flush=True)
         searching = False
     with locked_store(
-        folder, mark, {"program": "reproduce", "config": asked, **provenance()}, config.overwrite
+        folder, mark, {"program": "reproduce", "config": as_asked(config), **provenance()}, config.overwrite
     ) as store:
         print(f"-> {folder}", file=sys.stderr, flush=True)
         cases = collect(store, config, searching)
         rows = all_rows(cases, config.readings)
-        write_bytes(folder / "rows.json", (json.dumps({"reproduce": rows}, indent=1) + "\n").encode())
-        if config.json:
-            merged = read_results(config.json) | {"reproduce": rows}
-            write_bytes(config.json, (json.dumps(merged, indent=1) + "\n").encode())
+        write_rows(folder, config.json, {"reproduce": rows})
         names: list[str] = []
         if config.figures:
             from .figures import draw  # here: drawing is slow to import, and not always wanted

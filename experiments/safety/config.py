@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Measure safety beside people, against the exact shapes. Four parts:
 
@@ -89,7 +88,5 @@ def parse(argv: Sequence[str]) -> SafetyConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, SafetyConfig.config)
-    start = replace(read_config(SafetyConfig, "safety", name), config=name)
-    config = parse_options(SafetyConfig, argv, "python -m experiments.safety", description=DESCRIPTION, default=start)
+    config = parse_config(SafetyConfig, argv, "safety", DESCRIPTION)
     return reduced(config) if config.quick else config

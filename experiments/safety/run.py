@@ -1,9 +1,8 @@
 """One run: from options to cases, rows, page and figures."""
 
-import json
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -15,21 +14,19 @@ import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.cells.named_cell import NamedCell, find_cell
-from hrcjax.cells.people import make_person
+from hrcjax.cells.people import check_worlds, person_key, with_recordings
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
-from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, collect, locked_store
+from hrcjax.lab.checks import among, at_least, check_outputs, each_once
+from hrcjax.lab.errors import UsageError
 from hrcjax.lab.parameters import leaf_names
-from hrcjax.lab.progress import Progress, duration
-from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
-from hrcjax.lab.rows import read_results, table
-from hrcjax.lab.run_folder import folder_name
-from hrcjax.lab.writable import check_writable
+from hrcjax.lab.progress import duration
+from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
+from hrcjax.lab.rows import table, write_rows
 from hrcjax.safety import SafetyParams
 from hrcjax.tune.given import given_params
-from hrcjax.world import scene_named
 
 from .always_stop import margins
 from .bench import Bench, is_clean
@@ -59,57 +56,28 @@ PART, STILL, SCALED = 256, 4, 6
 
 def people(config: SafetyConfig) -> tuple[str, ...]:
     """Names and files of the people, those of the folder at the end."""
-    found = sorted(config.recordings.glob("*.bvh")) if config.recordings else []
-    return (*config.people, *(str(path) for path in found))
+    return with_recordings(config.people, config.recordings)
 
 
 def _check(config: SafetyConfig) -> None:
-    unknown = [name for name in config.parts if name not in PARTS]
-    if unknown:
-        raise UsageError(f"--parts {unknown[0]}: accepted are {', '.join(PARTS)}")
-    if config.recordings is not None and not config.recordings.is_dir():
-        raise UsageError(f"--recordings {config.recordings}: no such folder")
-    for option in ("parts", "scenes", "people"):
-        values = getattr(config, option)
-        if not values or len(set(values)) < len(values):
-            raise UsageError(f"--{option}: accepted are one or more values, each once")
-    try:
-        for scene in config.scenes:
-            scene_named(scene, 0)
-        for name in people(config):
-            if len(people_of(name)) > 1:
-                raise ValueError(f"--people {name}: accepted is one person at a time")
-            make_person(name, scene_named(config.scenes[0], 0), 0, 1.0)
-    except (ValueError, OSError) as error:
-        raise UsageError(one_line(error)) from error
-    for option in ("seeds", "states", "episodes"):
-        if getattr(config, option) < 1:
-            raise UsageError(f"--{option} {getattr(config, option)}: accepted is 1 or more")
-    for option in ("json", "page"):
-        file = getattr(config, option)
-        if file is not None:
-            if not file.parent.is_dir():
-                raise UsageError(f"no folder {file.parent} for --{option}")
-            check_writable(file.parent, f"--{option}")
+    among(config, "parts", PARTS)
+    each_once(config, "parts", "scenes", "people")
+    for name in people(config):
+        if len(people_of(name)) > 1:
+            raise UsageError(f"--people {name}: accepted is one person at a time")
+    check_worlds(config.scenes, people(config))
+    at_least(config, 1, "seeds", "states", "episodes")
+    check_outputs(config, "json", "page")
 
 
 def identity(config: SafetyConfig, params: Any) -> dict[str, Any]:
     """Everything that decides the cases."""
-    own = Path(__file__).parent
     return {
         "options": {key: value for key, value in asdict(config).items() if key not in NO_RESULT},
         "params": leaf_names(params),
         "code": LOADED_CODE,
-        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
+        "program": program_digests(Path(__file__).parent, AFTERWARDS),
     }
-
-
-def person_key(name: str) -> str:
-    """A person's name in that of a case; of a file with its digest."""
-    spec = motion_spec(name)
-    if spec is None:
-        return folder_name(name)
-    return "-".join([folder_name(spec.path.stem), *(file_digest(path)[:8] for path in spec.files)])
 
 
 def stop_case(safety: SafetyParams, states: int) -> Mapping[str, Any]:
@@ -130,9 +98,6 @@ def stop_case(safety: SafetyParams, states: int) -> Mapping[str, Any]:
             stopped, _ = play(law, params.ssm, keys, harsh, encoders)
             found[f"margin{name}"] = np.min(stopped.moving_least)
         return found
-
-
-Make = Callable[[], Mapping[str, Any]]
 
 
 def wanted(config: SafetyConfig, named: NamedCell) -> dict[str, tuple[str, Make]]:
@@ -166,17 +131,10 @@ def wanted(config: SafetyConfig, named: NamedCell) -> dict[str, tuple[str, Make]
     return cases
 
 
-def collect(store: RunStore, cases: Mapping[str, tuple[str, Make]], finished: bool = False) -> dict[str, Case]:
-    """All cases, computed as far as they are not there; or those that are there."""
-    if finished:
-        there = {name: store.get(file) for name, (file, _) in cases.items()}
-        return {name: case for name, case in there.items() if case is not None}
-    found: dict[str, Case] = {}
-    with Progress(len(cases), unit="case") as progress:
-        for name, (file, make) in cases.items():
-            found[name], computed = store.take(file, make)
-            progress.advance(1, None if computed else 0.0, name)
-    return found
+def finished(store: RunStore, cases: Mapping[str, tuple[str, Make]]) -> dict[str, Case]:
+    """The cases that are there."""
+    there = {name: store.get(file) for name, (file, _) in cases.items()}
+    return {name: case for name, case in there.items() if case is not None}
 
 
 def run(config: SafetyConfig) -> int:
@@ -190,8 +148,7 @@ def run(config: SafetyConfig) -> int:
         raise UsageError(f"--cell {config.cell}: accepted is a cell with the monitor of hrcjax.safety")
     mark = fingerprint(identity(config, named.params))
     folder = config.out or Path("runs") / f"safety-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
-    about = {"program": "safety", "config": asked, "params": leaf_names(named.params), **provenance()}
+    about = {"program": "safety", "config": as_asked(config), "params": leaf_names(named.params), **provenance()}
     with locked_store(folder, mark, about, config.overwrite) as store:
         print(f"-> {folder}", file=sys.stderr, flush=True)
         if given.place:
@@ -202,13 +159,11 @@ def run(config: SafetyConfig) -> int:
 def _measured(config: SafetyConfig, named: NamedCell, store: RunStore, begin: float) -> int:
     folder, clock = store.folder, named.params.motion.clock
     asked = wanted(config, named)
-    cases = collect(store, asked, config.finished)
+    cases = finished(store, asked) if config.finished else collect(store, asked)
     if len(cases) < len(asked):
         print(f"{len(cases)} of {len(asked)} cases are finished", file=sys.stderr, flush=True)
     rows = all_rows(cases, named.cell.dt, float(clock.acceleration), float(clock.jerk))
-    write_bytes(folder / "rows.json", (json.dumps({"safety": rows}, indent=1) + "\n").encode())
-    if config.json:
-        write_bytes(config.json, (json.dumps(read_results(config.json) | {"safety": rows}, indent=1) + "\n").encode())
+    write_rows(folder, config.json, {"safety": rows})
     names: list[str] = []
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted

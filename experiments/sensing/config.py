@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Measure what the cell senses against the exact geometry, over whole episodes: false stops, errors of distances, what is
 missed, speed beside people, faults of the cameras, time.
@@ -84,7 +83,5 @@ def parse(argv: Sequence[str]) -> SensingConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, SensingConfig.config)
-    start = replace(read_config(SensingConfig, "sensing", name), config=name)
-    config = parse_options(SensingConfig, argv, "python -m experiments.sensing", description=DESCRIPTION, default=start)
+    config = parse_config(SensingConfig, argv, "sensing", DESCRIPTION)
     return reduced(config) if config.quick else config

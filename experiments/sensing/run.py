@@ -1,6 +1,5 @@
 """One run: from options to cases, rows, page and figures."""
 
-import json
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -11,21 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from hrcjax.cells.named_cell import find_cell
-from hrcjax.cells.people import make_person
+from hrcjax.cells.people import check_worlds, person_key
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.io.motions.spec import motion_spec, people_of
 from hrcjax.lab.atomic import write_bytes
-from hrcjax.lab.case_store import FIGURES, Case, RunStore, locked_store
-from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, locked_store
+from hrcjax.lab.checks import at_least, check_outputs, each_once
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import Progress, duration
-from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint, provenance
-from hrcjax.lab.rows import read_results
-from hrcjax.lab.run_folder import folder_name
-from hrcjax.lab.writable import check_writable
+from hrcjax.lab.provenance import LOADED_CODE, as_asked, file_digest, fingerprint, program_digests, provenance
+from hrcjax.lab.rows import write_rows
 from hrcjax.safety import safe_distance, zone_thresholds
 from hrcjax.tune.given import given_params
-from hrcjax.world import scene_named
 
 from .appear import appear_case, moments
 from .config import SensingConfig
@@ -45,41 +41,17 @@ SLOTS = 40
 """Faults of one camera that a compiled program has places for."""
 LEAST_SEED, NO_RESULT = 1, ("params", "out", "json", "page", "figures", "overwrite", "config", "quick")
 
-Make = Callable[[], Mapping[str, Any]]
-
 
 def _check(config: SensingConfig) -> None:
-    for option in ("scenes", "people"):
-        values = getattr(config, option)
-        if not values or len(set(values)) < len(values):
-            raise UsageError(f"--{option}: accepted are one or more values, each once")
-    for scene in config.scenes:
-        try:
-            scene_named(scene, 0)
-        except ValueError as error:
-            raise UsageError(one_line(error)) from error
-    for name in config.people:
-        for one in people_of(name):
-            try:
-                make_person(one, scene_named(config.scenes[0], 0), 0, 1.0)
-            except (ValueError, OSError) as error:
-                raise UsageError(one_line(error)) from error
-    if config.seeds < LEAST_SEED:
-        raise UsageError(f"--seeds {config.seeds}: accepted is 1 or more")
-    for option in ("moments", "appearances", "hands", "images"):
-        if getattr(config, option) < 0:
-            raise UsageError(f"--{option} {getattr(config, option)}: accepted is 0 or more")
-    for option in ("json", "page"):
-        file = getattr(config, option)
-        if file is not None:
-            if not file.parent.is_dir():
-                raise UsageError(f"no folder {file.parent} for --{option}")
-            check_writable(file.parent, f"--{option}")
+    each_once(config, "scenes", "people")
+    check_worlds(config.scenes, config.people)
+    at_least(config, LEAST_SEED, "seeds")
+    at_least(config, 0, "moments", "appearances", "hands", "images")
+    check_outputs(config, "json", "page")
 
 
 def identity(config: SensingConfig, params: Any) -> dict[str, Any]:
     """Everything that decides the results."""
-    own = Path(__file__).parent
     files = [spec.files for name in config.people for one in people_of(name) if (spec := motion_spec(one))]
     options = {key: value for key, value in asdict(config).items() if key not in NO_RESULT}
     return {
@@ -87,18 +59,12 @@ def identity(config: SensingConfig, params: Any) -> dict[str, Any]:
         "recordings": [file_digest(path) for paths in files for path in paths],
         "params": leaf_names(params),
         "code": LOADED_CODE,
-        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
+        "program": program_digests(Path(__file__).parent, AFTERWARDS),
     }
 
 
 AFTERWARDS = ("rows.py", "page.py", "figures.py", "shapes.py", "config.py", "run.py", "__main__.py")
 """Files that only read finished cases."""
-
-
-def person_key(name: str) -> str:
-    """A person's name in that of a case."""
-    spec = motion_spec(name)
-    return folder_name(spec.path.stem if spec else name)
 
 
 class Runner:
@@ -246,8 +212,7 @@ def run(config: SensingConfig) -> int:
     tried = bench(cell, given.params, config.sensing)
     mark = fingerprint(identity(config, given.params))
     folder = config.out or Path("runs") / f"sensing-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
-    about = {"program": "sensing", "config": asked, "params": leaf_names(given.params), **provenance()}
+    about = {"program": "sensing", "config": as_asked(config), "params": leaf_names(given.params), **provenance()}
     with locked_store(folder, mark, about, config.overwrite) as store:
         if given.place:
             print(given.line(), file=sys.stderr, flush=True)
@@ -264,9 +229,7 @@ def _measured(config: SensingConfig, tried: Bench, store: RunStore, begin: float
     rows = all_rows(
         runner.cases, tried.params, cell.latency, float(zone_thresholds(tried.params.safety).green), float(safe_distance(ssm, 0.0))
     )  # fmt: skip
-    write_bytes(folder / "rows.json", (json.dumps({"sensing": rows}, indent=1) + "\n").encode())
-    if config.json:
-        write_bytes(config.json, (json.dumps(read_results(config.json) | {"sensing": rows}, indent=1) + "\n").encode())
+    write_rows(folder, config.json, {"sensing": rows})
     names: list[str] = []
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted

@@ -1,12 +1,11 @@
 """Command-line options of the sweep."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Run the whole system for many settings of its parameters and store all results in one labelled file.
 
@@ -103,6 +102,4 @@ def parse(argv: Sequence[str]) -> SweepConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, SweepConfig.config)
-    start = replace(read_config(SweepConfig, "sweep", name), config=name)
-    return parse_options(SweepConfig, argv, "python -m experiments.sweep", description=DESCRIPTION, default=start)
+    return parse_config(SweepConfig, argv, "sweep", DESCRIPTION)

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Tune parameters of the whole system by the gradient of a loss over whole closed-loop episodes.
 
@@ -108,7 +107,5 @@ def parse(argv: Sequence[str]) -> TuneConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, TuneConfig.config)
-    start = replace(read_config(TuneConfig, "tune", name), config=name)
-    config = parse_options(TuneConfig, argv, "python -m experiments.tune", description=DESCRIPTION, default=start)
+    config = parse_config(TuneConfig, argv, "tune", DESCRIPTION)
     return reduced(config) if config.quick else config

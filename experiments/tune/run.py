@@ -1,6 +1,5 @@
 """One run: from options to tuned parameters, what they change, and figures."""
 
-import json
 import math
 import shlex
 import sys
@@ -15,16 +14,15 @@ import numpy as np
 
 from hrcjax.cells.digest import cell_digest
 from hrcjax.io.motions.spec import motion_spec, people_of
-from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import CASES, FIGURES, RunStore, locked_store
+from hrcjax.lab.checks import at_least, check_outputs
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.field_docs import leaf_docs
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
-from hrcjax.lab.provenance import LOADED_CODE, PACKAGE, file_digest, fingerprint, provenance, versions
-from hrcjax.lab.rows import read_results
+from hrcjax.lab.provenance import LOADED_CODE, PACKAGE, as_asked, file_digest, fingerprint, provenance, versions
+from hrcjax.lab.rows import write_rows
 from hrcjax.lab.table import aligned
-from hrcjax.lab.writable import check_writable
 from hrcjax.tune import LOSSES, choose, parse_losses
 from hrcjax.tune.tuned import TUNED, read_training, read_tuned, write_tuned
 
@@ -45,9 +43,8 @@ AFTERWARDS = ("report.py", "figures.py", "live.py", "overlap.py", "slices.py", "
 
 def check(config: TuneConfig) -> None:
     """Refuses options before anything is computed."""
-    for option, least in (("steps", 0), ("batch", 1), ("starts", 1), ("every", 1), ("seed", 0), ("slices", 0)):
-        if getattr(config, option) < least:
-            raise UsageError(f"--{option} {getattr(config, option)}: accepted is {least} or more")
+    at_least(config, 0, "steps", "seed", "slices")
+    at_least(config, 1, "batch", "starts", "every")
     for option in ("rate", "clip"):
         if not 0 < getattr(config, option) < math.inf:
             raise UsageError(f"--{option} {getattr(config, option):g}: accepted is a number above 0")
@@ -55,9 +52,7 @@ def check(config: TuneConfig) -> None:
         values = getattr(config, option)
         if len(set(values)) < len(values):
             raise UsageError(f"--{option.replace('_', '-')}: a value is given twice")
-    if config.json:
-        check_writable(config.json.parent, "--json")
-        read_results(config.json)
+    check_outputs(config, "json", new_folder=True)
 
 
 def identity(config: TuneConfig, named: Any) -> dict[str, Any]:
@@ -109,7 +104,7 @@ def run(config: TuneConfig, build: Callable[..., Problem] = closed_loop) -> int:
     train, held = world_names(config)
     mark = fingerprint(identity(config, named))
     folder = config.out or Path("runs") / f"tune-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
+    asked = as_asked(config)
     origin = provenance()
     about = {"program": "tune", "config": asked, "params": leaf_names(named.params), **origin}
     with locked_store(folder, mark, about, config.overwrite) as store:
@@ -172,9 +167,7 @@ def _tuned(config: TuneConfig, problem: Problem, store: RunStore, origin: dict[s
             "compile_s": {"value": tuner.compile_s, "unit": "s"},
             "step_s": {"value": tuner.run_s / tuner.calls, "unit": "s"},
         }
-    write_bytes(folder / "rows.json", (json.dumps(rows, indent=1) + "\n").encode())
-    if config.json:
-        write_bytes(config.json, (json.dumps(read_results(config.json) | rows, indent=1) + "\n").encode())
+    write_rows(folder, config.json, rows)
     slices = make_slices(judge, *pair) if config.figures and len(problem.chosen.names) <= config.slices else None
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted

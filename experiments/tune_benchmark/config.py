@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hrcjax.lab.configs import config_name, read_config
-from hrcjax.lab.options import parse_options
+from hrcjax.lab.configs import parse_config
 
 DESCRIPTION = """Race methods that tune parameters through the closed loop, each with the same compute, in worlds that none has seen.
 
@@ -129,9 +128,5 @@ def parse(argv: Sequence[str]) -> TuneBenchmarkConfig:
         UsageError: an unknown option or config, a value of the wrong type.
         SystemExit: with status 0 after --help.
     """
-    name = config_name(argv, TuneBenchmarkConfig.config)
-    start = replace(read_config(TuneBenchmarkConfig, "tune_benchmark", name), config=name)
-    config = parse_options(
-        TuneBenchmarkConfig, argv, "python -m experiments.tune_benchmark", description=DESCRIPTION, default=start
-    )
+    config = parse_config(TuneBenchmarkConfig, argv, "tune_benchmark", DESCRIPTION)
     return reduced(config) if config.quick else config

@@ -1,6 +1,5 @@
 """One run: from options to finished methods, held-out metrics, rows, page and figures."""
 
-import json
 import math
 import shlex
 import sys
@@ -18,11 +17,11 @@ from numpy.typing import NDArray
 from hrcjax.cells.named_cell import NamedCell
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, RunStore
+from hrcjax.lab.checks import among, at_least, check_outputs, each_once
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.progress import Progress, duration
-from hrcjax.lab.provenance import file_digest, fingerprint, provenance, versions
-from hrcjax.lab.rows import read_results
-from hrcjax.lab.writable import check_writable
+from hrcjax.lab.provenance import as_asked, fingerprint, program_digests, provenance, versions
+from hrcjax.lab.rows import write_rows
 from hrcjax.tune import choose, parse_losses
 from hrcjax.tune.tuned import write_tuned
 
@@ -52,38 +51,29 @@ CHOICES = "choices"
 
 def check(config: TuneBenchmarkConfig) -> None:
     """Refuses options before anything is computed."""
-    unknown = [name for name in config.methods if name not in METHODS]
-    if unknown:
-        raise UsageError(f"--methods {unknown[0]}: accepted are {', '.join(METHODS)}")
-    for option, least in (("budget", 0), ("starts", 1), ("choices", 1), ("at_once", 1), ("population", 0), ("seed", 0)):
-        if getattr(config, option) < least:
-            raise UsageError(f"--{option.replace('_', '-')} {getattr(config, option)}: accepted is {least} or more")
+    among(config, "methods", METHODS)
+    at_least(config, 0, "budget", "population", "seed")
+    at_least(config, 1, "starts", "choices", "at_once")
     if config.population == 1:
         raise UsageError("--population 1: accepted is 0, or 2 or more")
     for option, above in (("share", True), ("rate", True), ("clip", True), ("ratio", False)):
         value = getattr(config, option)
         if not (value > 0 or (value == 0 and not above)) or not math.isfinite(value):
             raise UsageError(f"--{option} {value:g}: accepted is a number {'above' if above else 'of at least'} 0")
-    for option in ("methods", "seeds_of_methods", "scenes", "people", "seeds", "held_out_scenes", "held_out_people", "held_out_seeds"):  # fmt: skip
-        values = getattr(config, option)
-        if not values or len(set(values)) < len(values):
-            raise UsageError(f"--{option.replace('_', '-')}: accepted are one or more values, each once")
+    each_once(
+        config, "methods", "seeds_of_methods", "scenes", "people", "seeds", "held_out_scenes", "held_out_people", "held_out_seeds"
+    )  # fmt: skip
     if min(config.seeds_of_methods) < 0:
         raise UsageError(f"--seeds-of-methods {min(config.seeds_of_methods)}: accepted is 0 or more")
-    for option in ("json", "page"):
-        if (file := getattr(config, option)) is not None:
-            check_writable(file.parent, f"--{option}")
-    if config.json:
-        read_results(config.json)
+    check_outputs(config, "json", "page", new_folder=True)
 
 
 def identity(config: TuneBenchmarkConfig, named: NamedCell, training: int) -> dict[str, Any]:
     """Everything that decides what a method with a seed finds, as JSON values."""
-    own = Path(__file__).parent
     return {
         "tuning": tuning_identity(tune_config(config, training), named),
         "options": {key: value for key, value in asdict(config).items() if key not in NO_RESULT},
-        "program": {path.name: file_digest(path) for path in sorted(own.glob("*.py")) if path.name not in AFTERWARDS},
+        "program": program_digests(Path(__file__).parent, AFTERWARDS),
         "versions": {"cmaes": metadata.version("cmaes"), "scipy": versions()["scipy"]},
     }
 
@@ -113,9 +103,8 @@ def run(config: TuneBenchmarkConfig, build: Build = race_problem, argv: Sequence
     budget = float(config.budget or max(round(config.share * grid.count * len(train)), 1))
     mark = fingerprint(identity(config, named, len(train)))
     folder = config.out or Path("runs") / f"tune_benchmark-{mark[:8]}"
-    asked = {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
     origin = provenance()
-    store = RunStore(folder, mark, {"program": SECTION, "config": asked, **origin}, config.overwrite)
+    store = RunStore(folder, mark, {"program": SECTION, "config": as_asked(config), **origin}, config.overwrite)
     print(
         f"{len(train)} worlds to train in, {len(held)} held out, {budget:.0f} forward episodes a method and seed -> {folder}",
         file=sys.stderr, flush=True,
@@ -193,9 +182,7 @@ def _write(
 ) -> None:
     sections = {SECTION: rows(found)}
     _write_choices(config, found, problem, origin, folder / CHOICES, line)
-    write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())
-    if config.json:
-        write_bytes(config.json, (json.dumps(read_results(config.json) | sections, indent=1) + "\n").encode())
+    write_rows(folder, config.json, sections)
     drawn = ["none"]
     if config.figures:
         from .figures import draw  # here: drawing is slow to import, and not always wanted

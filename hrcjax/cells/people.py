@@ -1,13 +1,18 @@
 """The people of a cell by name: generated or recorded motions, several at once."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from hrcjax.io.motions.motion import Motion, read_motion
 from hrcjax.io.motions.spec import FORMS, motion_spec, people_of
-from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, together
+from hrcjax.lab.errors import UsageError, one_line
+from hrcjax.lab.provenance import file_digest
+from hrcjax.lab.run_folder import folder_name
+from hrcjax.world import MOTIONS, Person, Scene, motion_named, person_from_joints, scene_named, together
 
 FASTEST = 8.0
 """Largest plausible speed of a joint in a recording; faster is a jump [m/s]."""
@@ -60,6 +65,43 @@ def _recording(name: str, duration: float) -> Motion:
     if spec is None:
         raise ValueError(f"unknown person {name!r}: accepted are {', '.join(MOTIONS)}, or {FORMS}")
     return read_motion(spec, duration)
+
+
+def with_recordings(names: Sequence[str], folder: Path | None) -> tuple[str, ...]:
+    """Names of people, and after them the BVH files of a folder, sorted.
+
+    Raises:
+        UsageError: there is no such folder.
+    """
+    if folder is None:
+        return tuple(names)
+    if not folder.is_dir():
+        raise UsageError(f"--recordings {folder}: no such folder")
+    return (*names, *map(str, sorted(folder.glob("*.bvh"))))
+
+
+def check_worlds(scenes: Sequence[str], names: Sequence[str]) -> None:
+    """Refuses scenes and people that cannot be made.
+
+    Raises:
+        UsageError: no such scene or motion, or a missing or broken file.
+    """
+    try:
+        for scene in scenes:
+            scene_named(scene, 0)
+        for name in names:
+            for one in people_of(name):
+                make_person(one, scene_named(scenes[0], 0), 0, 1.0)
+    except (ValueError, OSError) as error:
+        raise UsageError(one_line(error)) from error
+
+
+def person_key(name: str) -> str:
+    """A person's name as part of a file's name; that of a recording with the digest of its files."""
+    spec = motion_spec(name)
+    if spec is None:
+        return folder_name(name)
+    return "-".join([folder_name(spec.path.stem), *(file_digest(path)[:8] for path in spec.files)])
 
 
 def recording_notes(name: str, duration: float) -> list[str]:

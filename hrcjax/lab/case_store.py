@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hrcjax.lab.atomic import remove_temporaries, replace_file, storage_errors, write_bytes
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.lock import locked
+from hrcjax.lab.progress import Progress
 from hrcjax.lab.run_folder import own_files
 from hrcjax.lab.writable import check_writable
 
@@ -20,6 +21,8 @@ ABOUT, CASES, FIGURES, LOCK = "run.json", "cases", "figures", ".lock"
 KNOWN = (CASES, FIGURES, LOCK, "rows.json")
 """What a run may write beside `ABOUT`."""
 Case = dict[str, NDArray]
+Make = Callable[[], Mapping[str, Any]]
+"""Computes the arrays of a case."""
 
 
 @contextlib.contextmanager
@@ -86,10 +89,24 @@ class RunStore:
         replace_file(self._path(name), lambda path: _save(path, kept))
         return kept
 
-    def take(self, name: str, make: Callable[[], Mapping[str, Any]]) -> tuple[Case, bool]:
+    def take(self, name: str, make: Make) -> tuple[Case, bool]:
         """A case, computed if it is not there; and whether it was computed."""
         found = self.get(name)
         return (found, False) if found is not None else (self.put(name, make()), True)
+
+
+def collect(store: RunStore, wanted: Mapping[str, tuple[str, Make]]) -> dict[str, Case]:
+    """All cases by name, computed as far as they are not there, with a progress bar.
+
+    Args:
+        wanted: by name, the name that a case is stored under, and what makes it.
+    """
+    found: dict[str, Case] = {}
+    with Progress(len(wanted), unit="case") as progress:
+        for name, (file, make) in wanted.items():
+            found[name], computed = store.take(file, make)
+            progress.advance(1, None if computed else 0.0, name)
+    return found
 
 
 def _save(path: Path, arrays: Case) -> None:

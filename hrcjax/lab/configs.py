@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -77,6 +78,23 @@ def read_config(kind: Callable[..., T], program: str, name: str) -> T:
         return parse_options(kind, words, program)
     except UsageError as error:
         raise UsageError(f"--config {path}: {error}") from error
+
+
+def parse_config(kind: type[T], argv: Sequence[str], program: str, description: str) -> T:
+    """The options of a program from the command line, on top of the named settings of its --config.
+
+    Args:
+        kind: the dataclass of the options, with a field `config`.
+        program: its name, which is its folder in `configs`.
+        description: for --help.
+
+    Raises:
+        UsageError: an unknown option or config, a value of the wrong type.
+        SystemExit: with status 0 after --help.
+    """
+    name = config_name(argv, kind.config)  # pyright: ignore[reportAttributeAccessIssue]
+    start = replace(read_config(kind, program, name), config=name)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    return parse_options(kind, argv, f"python -m experiments.{program}", description=description, default=start)
 
 
 def config_name(argv: Sequence[str], default: str) -> str:

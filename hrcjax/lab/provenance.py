@@ -5,7 +5,8 @@ import json
 import platform
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -31,6 +32,21 @@ def code_digest(package: Path = PACKAGE) -> str:
         if name.parts[0] not in NO_INFLUENCE:
             digest.update(f"{name.as_posix()}\0{file_digest(path)}\0".encode())
     return digest.hexdigest()
+
+
+def program_digests(folder: Path, afterwards: Collection[str] = ()) -> dict[str, str]:
+    """SHA-256 of every file of a program, by name.
+
+    Args:
+        folder: of the program.
+        afterwards: files to leave out, as they only read finished cases.
+    """
+    return {path.name: file_digest(path) for path in sorted(folder.glob("*.py")) if path.name not in afterwards}
+
+
+def as_asked(config: Any) -> dict[str, Any]:
+    """The options of a program as JSON values."""
+    return {key: str(value) if isinstance(value, Path) else value for key, value in asdict(config).items()}
 
 
 LOADED_CODE = code_digest()

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.errors import UsageError
 from hrcjax.lab.table import aligned
 
@@ -20,6 +21,18 @@ def table(name: str, rows: Mapping[str, Row]) -> str:
         text = f"{value:,.0f}" if isinstance(value, int | float) and math.isfinite(value) and abs(value) >= 1000 else ""
         lines.append([row, text or f"{value:.3g}", str(entry["unit"])])
     return aligned(lines, "<><")
+
+
+def write_rows(folder: Path, file: Path | None, sections: Mapping[str, Mapping[str, Row]]) -> None:
+    """Writes sections of rows into rows.json of a run's folder, and into a file whose other sections stay.
+
+    Raises:
+        UsageError: the file has another format.
+        StorageError: one of them cannot be written.
+    """
+    write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())
+    if file is not None:
+        write_bytes(file, (json.dumps(read_results(file) | dict(sections), indent=1) + "\n").encode())
 
 
 def read_results(path: Path) -> dict[str, dict[str, Row]]:

@@ -54,7 +54,7 @@ def parameter_label(name: str, unit: str = "") -> str:
 
 def scale(axis: Axis, log: bool) -> None:
     """A linear or a logarithmic axis; of less than two decades with ticks at 1, 2 and 5 as plain numbers, which do not overlap."""
-    axis.axes.set(**{f"{axis.axis_name}scale": "log" if log else "linear"})
+    axis.axes.set(**{f"{axis.axis_name}scale": "log" if log else "linear"})  # pyright: ignore[reportAttributeAccessIssue]
     low, high = axis.get_view_interval()
     if log and 0 < low < high < 100 * low:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

@@ -351,8 +351,8 @@ def test_mistakes_are_told(tmp_path, change, message):
 @pytest.mark.parametrize(
     ("option", "content", "message"),
     [
-        ("json", None, "is not a file; give another --json"),
-        ("page", None, "is not a file; give another --page"),
+        ("json", None, "is a folder; give a file"),
+        ("page", None, "is a folder; give a file"),
         ("json", "{", "not valid JSON"),
         ("json", "[1]", "no benchmark sections"),
         ("json", '{"plan_benchmark": [1]}', "are not sections"),
