@@ -1,5 +1,7 @@
 """Cells lie where their settings are, the best one is marked, gaps are grey."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -78,7 +80,7 @@ def test_numbers_of_a_logarithmic_axis_do_not_overlap(low: float, high: float) -
     boxes = sorted(
         t.get_window_extent().extents[[0, 2]].tolist() for t in texts if left <= t.get_position()[0] <= right
     )
-    assert len(boxes) >= 1 and all(one[1] < other[0] for one, other in zip(boxes, boxes[1:], strict=False))
+    assert len(boxes) >= 1 and all(one[1] < other[0] for one, other in pairwise(boxes))
 
 
 def test_settings_that_failed_are_hatched_and_never_best() -> None:
