@@ -48,7 +48,8 @@ def join(hosts: str, coordinator: str, timeout: int) -> Shard:
         timeout: for joining, and without a sign of life of another one, after which JAX ends this process [s].
 
     Raises:
-        UsageError: the coordinator cannot be reached or cannot listen, no scheduler is found, or hosts differ in their devices.
+        UsageError: the coordinator cannot be reached or cannot listen, no scheduler is found, hosts differ in the number of their
+            devices, or these do not reach each other.
     """
     jax.config.update("jax_enable_preemption_service", False)  # it would take SIGTERM, which stops this program
     number, of = None, None
@@ -71,15 +72,21 @@ def join(hosts: str, coordinator: str, timeout: int) -> Shard:
             shutdown_timeout_seconds=NO_LIMIT,
         )
     except ValueError as error:
-        told = "give --hosts I/N --coordinator HOST:PORT if no scheduler says who takes part"
-        raise UsageError(f"--hosts {hosts}: {one_line(error)} {told}") from error
+        raise UsageError(
+            f"--hosts {hosts}: no scheduler says who takes part ({one_line(error)}); give --hosts I/N --coordinator HOST:PORT"
+        ) from error
     indices = [device.process_index for device in jax.devices()]
     counts = {indices.count(index) for index in indices}
     if len(counts) > 1:
         raise UsageError(
             f"--hosts {hosts}: hosts have {min(counts)} to {max(counts)} devices; the same number is needed"
         )
-    _equal("")  # connects their devices while all are here: later, one may come minutes after another
+    try:
+        _equal("")  # connects their devices while all are here: later, one may come minutes after another
+    except jax.errors.JaxRuntimeError as error:
+        raise UsageError(
+            f"--hosts {hosts}: devices of different hosts do not reach each other: {one_line(error)}"
+        ) from error
     shard = Shard(jax.process_index() + 1, jax.process_count(), "host")
     _say(
         f"host {shard}: joined; if another one is lost, JAX ends this one after {timeout} s, and the same commands resume"

@@ -87,12 +87,12 @@ def test_hosts_with_folders_of_their_own_of_which_the_first_is_killed_and_both_a
     first.communicate()
     _, said = second.communicate(timeout=60)
     assert second.returncode != 0 and "another task died" in said and "the same commands resume" in said
-    there = [sorted(path.name for path in (part / "chunks").glob("*-chunk-*")) for part in parts]
+    there = [sorted(path.name for path in (part / "chunks").glob("world-*-chunk-*.h5")) for part in parts]
     assert not set(there[0]) & set(there[1]) and 2 <= sum(map(len, there)) < 10
     for process in both(TOY_IDENTITY="toy"):
         said = end(process)
         assert "of 48 settings are finished already" in said and "on 4 devices of all hosts" in said
-    there = [{path.name for path in (part / "chunks").glob("*-chunk-*")} for part in parts]
+    there = [{path.name for path in (part / "chunks").glob("world-*-chunk-*.h5")} for part in parts]
     assert not there[0] & there[1] and len(there[0] | there[1]) == 10  # no chunk twice
     end(start(tmp_path / "cache", "--merge", *map(str, parts), "--out", str(tmp_path / "r")))
     same(whole, tmp_path / "r")
@@ -109,6 +109,16 @@ def test_hosts_that_slurm_names_share_a_folder_and_the_last_one_writes_the_resul
     assert all("10 chunks of up to 5 settings on 2 devices of all hosts" in of for of in said)
     assert sum("files of the run are not in" in of or "another host writes" in of for of in said) <= 1
     same(whole, tmp_path / "r")
+
+
+@pytest.mark.slow
+def test_hosts_with_different_sweeps_are_refused_before_anything_is_written(tmp_path: Path) -> None:
+    at = f"127.0.0.1:{free_port()}"
+    words = [["--out", str(tmp_path / "r"), "--hosts", f"{i}/2", "--coordinator", at, "--seed", str(i)] for i in (1, 2)]
+    both = [start(tmp_path / "cache", *of) for of in words]
+    said = "".join(process.communicate(timeout=200)[1] for process in both)
+    assert "error: the hosts run different sweeps: options, code and versions must be the same on all" in said
+    assert all(process.returncode != 0 for process in both) and not (tmp_path / "r").exists()
 
 
 def test_a_port_in_use_gets_one_line() -> None:
