@@ -75,10 +75,8 @@ class Spread:
         if self.hosts == 1:
             return jax.device_put(tree, shardings)
 
-        def put(
-            leaf: Any, sharding: NamedSharding
-        ) -> jax.Array:  # device_put would compare the hosts' values, and so wait for all
-            whole = np.asarray(leaf)
+        def put(leaf: Any, sharding: NamedSharding) -> jax.Array:
+            whole = np.asarray(leaf)  # device_put would compare the hosts' values, and so wait for all
             return jax.make_array_from_callback(whole.shape, sharding, lambda index: whole[index])
 
         return jax.tree.map(put, tree, jax.tree.broadcast(shardings, tree))
