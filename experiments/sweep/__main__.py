@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from hrcjax.lab.compiled import keep_compiled
 from hrcjax.lab.errors import exit_status
+from hrcjax.sweeps.hosts import end_together
 
 from .config import parse
 from .run import run
@@ -18,7 +19,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         keep_compiled()
         return run(config)
 
-    return exit_status(program)
+    return end_together(lambda: exit_status(program))
 
 
 if __name__ == "__main__":

@@ -32,7 +32,10 @@ Examples:
   The second of eight processes that share a sweep, on one machine or many; the last one to finish writes the results (docs/scale.md):
     python -m experiments.sweep --shard 2/8 --out /shared/run
 
-  The same without a shared folder, after each process has filled one of its own:
+  The second of four hosts that run one program over all their devices:
+    python -m experiments.sweep --hosts 2/4 --coordinator node01:8476 --out /shared/run
+
+  Shards or hosts without a shared folder, after each process has filled one of its own:
     python -m experiments.sweep --merge part1 part2 part3 --out run
 
 --list shows all parameters. The last part of a name is enough if it is unique. Names are case-sensitive only where an alias
@@ -90,7 +93,13 @@ class SweepConfig:
     merge: tuple[Path, ...] | None = None
     """Compute nothing, write the results: without folders, of the run in --out, whose options are given again; with folders, of their chunks, copied into --out, and with their options."""
     devices: int = 0
-    """Number of devices of this machine, each of which computes a chunk at a time; 0: all accelerators, or one CPU device. The results are the same."""
+    """Number of devices of this machine, or of each of several hosts, each of which computes a chunk at a time; 0: all accelerators, or one CPU device. The results are the same."""
+    hosts: str = ""
+    """I/N: this is the I-th of N processes, one on each host, that run as one program over the devices of all (jax.distributed); auto: as SLURM, Open MPI, Kubernetes or a TPU pod says. All are started with the same options but I. They share --out or have a folder each, as shards, which are the better choice unless one program is wanted (docs/scale.md)."""
+    coordinator: str = ""
+    """With --hosts I/N: HOST:PORT at which all reach the first one, a free port of it."""
+    host_timeout: int = 120
+    """With --hosts: how long they wait for each other at the start, and for a sign of life of another one before they end [s]."""
     list: bool = False
     """List all parameters that can be swept and exit."""
 

@@ -22,6 +22,7 @@ from hrcjax.lab.writable import check_writable
 from hrcjax.sweeps.dataset import taken_names, world_shape
 from hrcjax.sweeps.devices import choose_devices
 from hrcjax.sweeps.engine import Tally, chunk_size, run_sweep
+from hrcjax.sweeps.hosts import check_hosts, join
 from hrcjax.sweeps.merge import merge_results
 from hrcjax.sweeps.settings import Settings, make_settings
 from hrcjax.sweeps.shard import parse_shard
@@ -102,9 +103,13 @@ def _check(config: SweepConfig) -> None:
         raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
     if config.json:
         raise UsageError("--json needs --analyse RUN")
-    if config.shard and (config.merge is not None or config.overwrite):
-        other = "--merge" if config.merge is not None else "--overwrite"
-        raise UsageError(f"--shard {config.shard} and {other} exclude each other")
+    check_hosts(config.hosts, config.coordinator, config.host_timeout)
+    part = f"--shard {config.shard}" if config.shard else f"--hosts {config.hosts}"
+    others = {"--hosts": bool(config.shard and config.hosts), "--merge": config.merge is not None}
+    others["--overwrite"] = config.overwrite
+    if (config.shard or config.hosts) and any(others.values()):
+        other = next(option for option, given in others.items() if given)
+        raise UsageError(f"{part} and {other} exclude each other")
     if config.merge and (config.out is None):
         raise UsageError("--merge FOLDER ... needs --out, the folder of the results")
     if config.devices < 0:
@@ -145,6 +150,8 @@ def run(config: SweepConfig) -> int:
         config = recorded(config.merge[0], config)
     if not config.list:
         check_writable(config.out or Path("runs"), "--out")
+        if config.hosts:
+            shard = join(config.hosts, config.coordinator, config.host_timeout)
     problem = _build(config)
     given = given_params(problem.params, config.params, "--params", problem.domains)
     problem = replace(problem, params=given.params)

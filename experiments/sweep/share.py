@@ -9,6 +9,7 @@ from typing import Any
 
 from hrcjax.lab.errors import UsageError
 from hrcjax.sweeps.engine import Tally, chunk_slices, run_sweep
+from hrcjax.sweeps.hosts import check_same
 from hrcjax.sweeps.merge import all_keys, copy_chunks, merge_if_last, take_stock
 from hrcjax.sweeps.shard import Shard
 from hrcjax.sweeps.store import CONFIG, RunStore, open_shard
@@ -16,7 +17,8 @@ from hrcjax.sweeps.store import CONFIG, RunStore, open_shard
 from .config import SweepConfig
 from .job import Job
 
-OWN = ("config", "out", "by", "best", "figures", "overwrite", "merge", "shard", "devices")
+SHARED = ("shard", "devices", "hosts", "coordinator", "host_timeout")
+OWN = ("config", "out", "by", "best", "figures", "overwrite", "merge", *SHARED)
 """Options of a merge that are its own; the others are those of the merged run."""
 
 
@@ -25,29 +27,39 @@ def _say(text: str) -> None:
 
 
 def run_shard(job: Job, shard: Shard, memory: float, devices: Sequence[Any]) -> tuple[Tally, bool]:
-    """Computes the share of a shard; then, if all other shards have finished, writes the results.
+    """Computes the share of a shard, or a host's part; then, if all others have finished, writes the results.
 
     Returns:
-        The tally of the whole run and True; or, while chunks of other shards are missing or another one writes the results,
+        The tally of the whole run and True; or, while chunks of others are missing or another one writes the results,
         the tally of the share and False.
     """
     chunks = len(job.problem.worlds) * len(chunk_slices(job.settings.count, job.chunk))
-    share = shard.share(chunks)
-    if shard.of > chunks:
-        idle = f"shard {shard.of}" if shard.of == chunks + 1 else f"shards {chunks + 1} to {shard.of}"
-        _say(f"{chunks} chunks for {shard.of} shards: nothing to do for {idle}; a smaller --memory makes more chunks")
-    _say(f"shard {shard}: {len(share)} of {chunks} chunks of up to {job.chunk} settings -> {job.folder}")
+    what = f"{shard.kind} {shard}"
+    share = None
+    if shard.kind == "host":
+        check_same(f"{job.mark} on {len(devices)} devices")
+        _say(
+            f"{what}: {chunks} chunks of up to {job.chunk} settings on {len(devices)} devices of all hosts -> {job.folder}"
+        )
+    else:
+        share = shard.share(chunks)
+        if shard.of > chunks:
+            idle = f"shard {shard.of}" if shard.of == chunks + 1 else f"shards {chunks + 1} to {shard.of}"
+            _say(
+                f"{chunks} chunks for {shard.of} shards: nothing to do for {idle}; a smaller --memory makes more chunks"
+            )
+        _say(f"{what}: {len(share)} of {chunks} chunks of up to {job.chunk} settings -> {job.folder}")
     with open_shard(job.folder, job.mark, job.record, shard) as store:
         own = run_sweep(job.problem, job.settings, store, job.chunk, memory, share=share, devices=devices)
         keys = all_keys(job.problem, job.settings, job.chunk)
         missing = sum(not store.has(key) for key in keys)
         if missing:
-            _say(f"shard {shard} has finished; {missing} of {len(keys)} files of the run are not in {job.folder} yet")
-            _say("the last shard in this folder writes the results; folders of their own are joined by --merge")
+            _say(f"{what} has finished; {missing} of {len(keys)} files of the run are not in {job.folder} yet")
+            _say(f"the last {shard.kind} in this folder writes the results; folders of their own are joined by --merge")
             return own, False
         whole = merge_if_last(job.problem, job.settings, store, job.chunk, job.attrs)
         if whole is None:
-            _say(f"shard {shard} has finished; another shard writes the results")
+            _say(f"{what} has finished; another {shard.kind} writes the results")
             return own, False
     whole.computed, whole.resumed = own.computed, whole.resumed - own.computed
     whole.compile_seconds, whole.compute_seconds = own.compile_seconds, own.compute_seconds

@@ -1,5 +1,5 @@
-"""Several chunks at once on the devices of this machine, one on each: every device runs the program that one alone would run,
-on arrays of the same shapes, so that the numbers are the same to the bit."""
+"""Several chunks at once on the devices of this machine or of several hosts, one on each: every device runs the program that one
+alone would run, on arrays of the same shapes, so that the numbers are the same to the bit."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from jax.experimental.multihost_utils import process_allgather
 from jax.sharding import Mesh, NamedSharding
 from jax.sharding import PartitionSpec as P
 
@@ -16,19 +17,22 @@ AXIS = "setting"
 
 
 def choose_devices(count: int) -> list[Any]:
-    """The first devices of this process; 0: all accelerators, or one CPU device.
+    """The first devices of this process, or of each of several hosts; 0: all accelerators, or one CPU device of each.
 
     Raises:
-        UsageError: fewer than `count` devices.
+        UsageError: a host has fewer than `count` devices.
     """
-    there = jax.local_devices()
+    hosts: dict[int, list[Any]] = {}
+    for device in jax.devices():
+        hosts.setdefault(device.process_index, []).append(device)
+    fewest = min(map(len, hosts.values()))
+    kind = jax.default_backend()
     if count == 0:
-        return there if jax.default_backend() != "cpu" else there[:1]
-    if not 0 < count <= len(there):
-        kind = jax.default_backend()
+        count = max(map(len, hosts.values())) if kind != "cpu" else 1
+    elif not 0 < count <= fewest:
         more = f"; XLA_FLAGS=--xla_force_host_platform_device_count={count} divides a CPU" if kind == "cpu" else ""
-        raise UsageError(f"--devices {count}: accepted is 1 to {len(there)}, the number of {kind} devices here{more}")
-    return there[:count]
+        raise UsageError(f"--devices {count}: accepted is 1 to {fewest}, the number of {kind} devices here{more}")
+    return [device for index in sorted(hosts) for device in hosts[index][:count]]
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,15 @@ class Spread:
     @property
     def count(self) -> int:
         return len(self.devices)
+
+    @property
+    def local(self) -> list[int]:
+        """Places of this process's devices among all, ascending."""
+        return [i for i, device in enumerate(self.devices) if device.process_index == jax.process_index()]
+
+    @property
+    def hosts(self) -> int:
+        return len({device.process_index for device in self.devices})
 
     @property
     def _mesh(self) -> Mesh:
@@ -58,7 +71,30 @@ class Spread:
         """
         if self.count == 1:
             return tree
-        return jax.device_put(tree, jax.tree.map(lambda spec: NamedSharding(self._mesh, spec), specs))
+        shardings = jax.tree.map(lambda spec: NamedSharding(self._mesh, spec), specs)
+        if self.hosts == 1:
+            return jax.device_put(tree, shardings)
+
+        def put(leaf: Any, sharding: NamedSharding) -> jax.Array:
+            whole = np.asarray(leaf)  # device_put would compare the hosts' values, and so wait for all
+            return jax.make_array_from_callback(whole.shape, sharding, lambda index: whole[index])
+
+        return jax.tree.map(put, tree, jax.tree.broadcast(shardings, tree))
+
+    def fetch(self, array: jax.Array) -> np.ndarray:
+        """The part of a result that this process's devices computed, in the order of `local`."""
+        if self.hosts == 1:
+            return np.asarray(array)
+        parts = sorted(array.addressable_shards, key=lambda part: part.index[0].start)
+        return np.concatenate([np.asarray(part.data) for part in parts])
+
+    def agreed(self, missing: np.ndarray) -> np.ndarray:
+        """What all hosts lack, the same on all of them; each waits for the others here.
+
+        Args:
+            missing: of the same shape on all.
+        """
+        return missing if self.hosts == 1 else process_allgather(missing).all(axis=0)
 
     def specs(self, batch: Any, defaults: Any) -> Any:
         """P("setting") for swept leaves, which have one more axis than the default, P() for the others."""

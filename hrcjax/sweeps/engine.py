@@ -123,7 +123,7 @@ class _Program:
             out = self.compiled(*jax.tree.leaves((batch, world)))
         except TypeError as error:
             raise ValueError(f"worlds differ in shape or type: {one_line(error)}") from error
-        return {name: np.asarray(array) for name, array in jax.block_until_ready(dict(out)).items()}
+        return {name: self.spread.fetch(array) for name, array in jax.block_until_ready(dict(out)).items()}
 
 
 def flag_not_finite(outcome: Mapping[str, np.ndarray], open_ended: frozenset[str] = frozenset()) -> np.ndarray:
@@ -171,11 +171,12 @@ def run_sweep(
     """Computes the chunks that are missing in the store.
 
     Chunks always have the same size and the same settings, so that a resumed run gives the same results, and several
-    processes the same as one.
+    processes the same as one. Of several hosts, each stores what its devices compute, and counts what is in its store.
 
     Args:
         share: only the chunks of these indices, counted over all worlds; the tally and the disk space are theirs. None: all.
-        devices: each computes a chunk at a time; empty: JAX's first one.
+        devices: each computes a chunk at a time; empty: JAX's first one. Of several hosts: the same ones on all, each of which
+            calls this function with the same arguments; chunks that any of them has stored are not computed again.
 
     Raises:
         UsageError: a world cannot be built.
@@ -183,33 +184,33 @@ def run_sweep(
         ValueError: `evaluate` does not return its declared outputs, or worlds differ in shape.
     """
     slices = chunk_slices(settings.count, chunk)
+    spread = Spread(tuple(devices or choose_devices(1)))
     tally = Tally()
-    todo: dict[int, list[int]] = {}
-    total = 0
+    missing = np.zeros((len(problem.worlds), len(slices)), bool)
+    sizes = np.array([place.stop - place.start for place in slices])
+    total, unknown = 0, set()
     for w in range(len(problem.worlds)):
         ours = [c for c in range(len(slices)) if share is None or w * len(slices) + c in share]
-        if not ours:
-            continue
-        known = problem.describe is None or store.read(world_key(w)) is not None
-        todo[w] = []
+        if ours and problem.describe is not None and store.read(world_key(w)) is None:
+            unknown.add(w)
         for c in ours:
-            place = slices[c]
-            total += place.stop - place.start
+            total += int(sizes[c])
             finished = store.read(chunk_key(w, c))
             if finished is None:
-                todo[w].append(c)
+                missing[w, c] = True
             else:
-                tally.resumed += place.stop - place.start
+                tally.resumed += int(sizes[c])
                 count_statuses(tally, finished["status"])
-        if not todo[w] and known:
-            del todo[w]
-    need = total - tally.resumed, total if share is None else 0
-    with Progress(total, tally.resumed, stream) as progress:
-        if tally.resumed:
-            progress.say(f"{tally.resumed} of {total} settings are finished already")
-        program = _Program(problem, progress, memory, Spread(tuple(devices or choose_devices(1))))
-        for w, missing in todo.items():
-            _run_world(problem, settings, store, slices, w, missing, chunk, program, progress, tally, dtype, need)
+    missing = spread.agreed(missing)
+    todo = {w: np.flatnonzero(of).tolist() for w, of in enumerate(missing) if w in unknown or of.any()}
+    left = int((missing * sizes).sum())
+    need = math.ceil(left / spread.hosts), total if share is None and spread.hosts == 1 else 0
+    with Progress(total, total - left, stream) as progress:
+        if left < total:
+            progress.say(f"{total - left} of {total} settings are finished already")
+        program = _Program(problem, progress, memory, spread)
+        for w, chunks in todo.items():
+            _run_world(problem, settings, store, slices, w, chunks, chunk, program, progress, tally, dtype, need)
         tally.compile_seconds = program.seconds
         tally.compute_seconds = progress.busy
     return tally
@@ -262,11 +263,13 @@ def _run_world(
         program.prepare(batch, world, chunk * spread.count, lambda out: _enough_disk(store, out, *need))
         begin = time.monotonic()
         outcome = program(batch, world)
-        for i, (c, place) in enumerate(zip(group, places, strict=True)):
-            count = place.stop - place.start
-            kept = {name: array[i * chunk : i * chunk + count] for name, array in outcome.items()}
+        for row, i in enumerate(spread.local):
+            if i >= len(group):
+                break
+            count = places[i].stop - places[i].start
+            kept = {name: array[row * chunk : row * chunk + count] for name, array in outcome.items()}
             kept["status"] = flag_not_finite(kept, problem.open_ended)
-            store.write(chunk_key(w, c), kept)
+            store.write(chunk_key(w, group[i]), kept)
             count_statuses(tally, kept["status"])
             tally.computed += count
         progress.advance(sum(place.stop - place.start for place in places), time.monotonic() - begin)

@@ -1,4 +1,4 @@
-"""A sweep as several independent processes: which of its chunks each of them computes."""
+"""A sweep as several processes: which of its chunks each of them computes."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,13 @@ class Shard:
     number: int
     """From 1 to `of`."""
     of: int
+    kind: str = "shard"
+    """What it is called: an independent "shard", or a "host" among those that run one program."""
 
     @property
     def name(self) -> str:
         """Name for a file."""
-        return f"shard-{self.number}-of-{self.of}"
+        return f"{self.kind}-{self.number}-of-{self.of}"
 
     def __str__(self) -> str:
         return f"{self.number}/{self.of}"
@@ -29,7 +31,7 @@ class Shard:
         return range(start, start + each + (before < rest))
 
 
-def parse_shard(text: str) -> Shard:
+def parse_shard(text: str, kind: str = "shard", option: str = "--shard") -> Shard:
     """`2/8`: the second of eight.
 
     Raises:
@@ -37,8 +39,8 @@ def parse_shard(text: str) -> Shard:
     """
     number, slash, of = (part.strip() for part in text.partition("/"))
     if not (slash and number.isdecimal() and of.isdecimal()):
-        raise UsageError(f"--shard {text}: accepted is I/N, for example 2/8")
-    shard = Shard(int(number), int(of))
+        raise UsageError(f"{option} {text}: accepted is I/N, for example 2/8")
+    shard = Shard(int(number), int(of), kind)
     if not 1 <= shard.number <= shard.of:
-        raise UsageError(f"--shard {text}: the first number counts from 1 to the second")
+        raise UsageError(f"{option} {text}: the first number counts from 1 to the second")
     return shard

@@ -178,12 +178,12 @@ def open_shard(folder: str | Path, fingerprint: str, record: Mapping[str, Any], 
         StorageError: the folder cannot be created, written or locked.
     """
     folder = _prepared(folder)
-    busy = f"a process that is not a shard writes to {folder}; wait for it or give another --out"
+    busy = f"a process that is not a {shard.kind} writes to {folder}; wait for it or give another --out"
     with locked(folder / LOCK, busy, shared=True):
         with storage_errors(folder):
             for name in (LOCKS, CHUNKS):
                 (folder / name).mkdir(exist_ok=True)
-        with locked(folder / LOCKS / shard.name, f"shard {shard} runs already in {folder}"):
+        with locked(folder / LOCKS / shard.name, f"{shard.kind} {shard} runs already in {folder}"):
             with locked(folder / LOCKS / "config", "", wait=True):
                 _admit(folder, fingerprint, record, overwrite=False)
             yield RunStore(folder, fingerprint)

@@ -158,6 +158,7 @@ def build_problem(scenes, people, seeds, backend=None, cell="ur5", motion=None) 
             "speed": Trace(("time",), "m/s", "speed of the tool"),
         },
         bytes_per_setting=100_000,
+        identity=os.environ.get("TOY_IDENTITY"),
         aliases={"k_att": "potential.k_att", "K_rep": "potential.k_rep", "zeta": "potential.zeta"},
         domains={"potential.zeta": (1.0, float("inf")), "field.length_scale": (1e-6, 10.0)},
         statuses={0: "ok", 1: "collision"},
