@@ -21,7 +21,7 @@ from hrcjax.sim.sensing import Frames, sense_sequence
 from hrcjax.sim.survey import SenseParams, Survey, survey
 from hrcjax.sim.watch import Stage, stage_of
 from hrcjax.typing import Array, Float, Int, Joints, PRNGKeyArray, Vector3
-from hrcjax.world import Person, Scene
+from hrcjax.world import Person, Scene, capsules_obstacle_distances
 
 NOMINAL = 6.0
 """Time of the nominal robot's motion in the images, or 0.6 of a shorter episode [s]."""
@@ -51,6 +51,22 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
             f"the {arm.variant} reaches ({place}) m with the tool down only {beyond.max():.3f} rad beyond the range of joint {joint}"
         )
     return q
+
+
+def check_start(cell: Cell, scene: Scene, q: Joints) -> None:
+    """Refuses a start at which the arm touches an obstacle. Needs concrete values: call it outside jit.
+
+    Raises:
+        ValueError: which link, and how deep.
+    """
+    distances = np.array(capsules_obstacle_distances(scene, arm_capsules(cell.arm, q)))
+    distances[np.asarray(cell.arm.capsule_links) < 0] = FAR
+    link, obstacle = np.unravel_index(int(distances.argmin()), distances.shape)
+    if distances[link, obstacle] < 0:
+        raise ValueError(
+            f"at the start the {cell.arm.capsule_names[link]} of the arm is {-1e3 * distances[link, obstacle]:.0f} mm inside obstacle "
+            f"{obstacle + 1}; accepted is a scene in which it touches none"
+        )
 
 
 def frame_stamps(cell: Cell, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
@@ -102,10 +118,11 @@ def survey_world(
         faults: of the stationary cameras, later; None: they work.
 
     Raises:
-        ValueError: the start is out of the arm's reach.
+        ValueError: the start is out of the arm's reach, or the arm touches an obstacle there.
     """
     sense: SenseParams = eqx.tree_at(lambda p: p.delay, SenseParams() if params is None else params, cell.latency)
     q_start = posture_at(cell, scene.start)
+    check_start(cell, scene, q_start)
     postures = scan_postures(cell.arm, scene, q_start)
     surveyed = survey(cell.arm, cell.layout, cell.voxels, rig, scene, postures, key, sense)
     field = scene_field(cell, sense, surveyed)
@@ -131,7 +148,7 @@ def make_world(
         known: the obstacles that the planner is told of; None: those of the scene.
 
     Raises:
-        ValueError: start or goal out of the arm's reach.
+        ValueError: start or goal out of the arm's reach, or the arm touches an obstacle at the start.
     """
     params = SenseParams() if params is None else params
     survey_key, frame_key = jax.random.split(key)

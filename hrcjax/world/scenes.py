@@ -13,6 +13,9 @@ from hrcjax.world.scene import BOX, COLUMN, SPHERE, Scene
 
 CAPACITY = 16
 """Obstacles that a scene has room for."""
+ARM_ROOM = 0.15
+"""Room that random obstacles leave on both sides of an arm that stands at start or goal: its links lie up to 11 cm beside that line, with
+radii of 6 cm at most, and obstacles count with the circle about them [m]."""
 TABLE = ((-1.1, -0.5), (1.1, 0.78))
 """Least and greatest x and y of the table's top [m]."""
 
@@ -105,8 +108,8 @@ def _hull_radius(o: Obstacle) -> float:
 def clutter(seed: int = 0, dtype: Any = jnp.float32) -> Scene:
     """Six to twelve boxes, columns and spheres between a random start and goal, the same for the same seed.
 
-    Every obstacle keeps 12 cm in plan from its neighbours' hulls, 10 cm from start and goal and 20 cm from the robot's
-    base axis, and ends below 40 cm: a way through or over always exists.
+    Every obstacle keeps 12 cm in plan from its neighbours' hulls, 20 cm from the robot's base axis, and `ARM_ROOM` from the lines
+    from there to start and goal, where the arm stands; all end below 40 cm: a way through or over always exists.
     """
     draw = np.random.default_rng(seed)
 
@@ -140,12 +143,18 @@ def clutter(seed: int = 0, dtype: Any = jnp.float32) -> Scene:
         radius = float(np.mean(size[:2]))
         new = Obstacle(kind, (x, y, float(height)), tuple(size.tolist()), yaw, radius)  # pyright: ignore[reportArgumentType]  # three numbers
         hull = _hull_radius(new)
-        ends_clear = min(np.linalg.norm(spot - start[:2]), np.linalg.norm(spot - goal[:2])) > hull + 0.1
+        ends_clear = min(_to_radius(spot, start), _to_radius(spot, goal)) > hull + ARM_ROOM
         apart = all(np.hypot(x - o.center[0], y - o.center[1]) > hull + _hull_radius(o) + 0.12 for o in obstacles)
         reachable = 0.2 + hull < np.hypot(x, y) < 0.85
         if ends_clear and apart and reachable:
             obstacles.append(new)
     return make_scene(obstacles, start.tolist(), goal.tolist(), (-0.85, 0.0, 0.02), (0.85, 0.8, 0.6), dtype)
+
+
+def _to_radius(spot: np.ndarray, end: np.ndarray) -> float:
+    """Distance in plan of a spot to the line from the base axis to an end [m]."""
+    part = np.clip(spot @ end[:2] / (end[:2] @ end[:2]), 0.0, 1.0)
+    return float(np.linalg.norm(spot - part * end[:2]))
 
 
 class SceneEntry(NamedTuple):
