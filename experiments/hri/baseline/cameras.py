@@ -66,7 +66,9 @@ class Cameras:
             frames += [self._frame(c, q, -1.0, row[c], nobody) for c in range(self.rig.count)]
             if self.rig.hand is not None:
                 camera = self._hand(self.rig.hand, q)
-                image = self._image(camera, self._render(camera, self.scene), nobody, q, self._time(-1.0), row[-1], self.noise)
+                image = self._image(
+                    camera, self._render(camera, self.scene), nobody, q, self._time(-1.0), row[-1], self.noise
+                )
                 frames.append(Frame(-1.0, eye_of(camera), *(np.asarray(x, float).ravel() for x in image)))
         return frames
 

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
@@ -46,14 +45,21 @@ class Frame(NamedTuple):
 
 def eye_of(camera: Camera) -> Eye:
     """The rays of a camera."""
-    x = (np.arange(camera.width) - float(camera.cx)) / float(camera.fx)
-    y = (np.arange(camera.height) - float(camera.cy)) / float(camera.fy)
+    cx, cy, fx, fy = (np.asarray(value, float) for value in (camera.cx, camera.cy, camera.fx, camera.fy))
+    x, y = (np.arange(camera.width) - cx) / fx, (np.arange(camera.height) - cy) / fy
     grid = np.stack([*np.meshgrid(x, y), np.ones((camera.height, camera.width))], axis=-1).reshape(-1, 3)
     return Eye(np.asarray(camera.position, float), grid @ np.asarray(camera.rotation, float).T)
 
 
 def exposed(
-    arm: Arm, camera: Camera, scene_depth: Array, person: Person, q: Joints, t: Array, key: PRNGKeyArray, noise: NoiseParams
+    arm: Arm,
+    camera: Camera,
+    scene_depth: Array,
+    person: Person,
+    q: Joints,
+    t: Array,
+    key: PRNGKeyArray,
+    noise: NoiseParams,
 ) -> tuple[Array, Array]:
     """Measured depth of an image, and the depth before which nothing is the robot [m]; the images of `watch_image`.
 

@@ -75,7 +75,8 @@ class Octree:
 
     def _note(self, points: NDArray) -> None:
         """After an image with these points in the box. Reads the voxels that were ever hit: no others can be occupied, and reading all would take seconds."""
-        at = np.floor(points / self.edge).astype(int) - self.first
+        single = points.astype(np.float32).astype(float)  # as the tree takes them: at a voxel's face it matters
+        at = np.floor(single * (1.0 / self.edge)).astype(int) - self.first
         high = (at[:, 2] + self.first[2] + 0.5) * self.edge >= self.margin
         at = at[((at >= 0) & (at < self.shape)).all(1) & high]
         self.hit[tuple(at.T)] = True

@@ -1,6 +1,6 @@
 """Paths of the joints by OMPL's BFMT*, with OMPL's shortcuts."""
 
-# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
+# pyright: reportMissingImports=false, reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
 # ompl is compiled and an extra: it has no types where it is not installed
 
 from functools import cache

@@ -1,6 +1,10 @@
 """A path as a motion: corners rounded by a B-spline, time-optimal by toppra, accelerations that ramp."""
 
+# pyright: reportMissingImports=false
+# toppra is compiled and an extra
+
 import logging
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,9 +18,8 @@ from .settings import BaselineSettings
 
 try:
     import toppra as _toppra
-    from toppra.interpolator import AbstractGeometricPath as _Path
 except ImportError:  # told once by the run
-    _toppra, _Path = None, object
+    _toppra = None
 toppra: Any = _toppra
 
 FINE = 0.001
@@ -37,7 +40,7 @@ def rounded(path: NDArray, spacing: float) -> BSpline:
     in a row are on one piece, and cuts a corner by less than the spacing.
     """  # fmt: skip
     points = [path[:1]]
-    for a, b in zip(path, path[1:], strict=False):
+    for a, b in pairwise(path):
         count = max(int(np.ceil(np.linalg.norm(b - a) / spacing)), 1)
         points.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
     control = np.concatenate(points)
@@ -48,7 +51,7 @@ def rounded(path: NDArray, spacing: float) -> BSpline:
     return BSpline(knots.astype(float), control, 3)
 
 
-class _Geometry(_Path):
+class _Geometry(toppra.interpolator.AbstractGeometricPath if toppra else object):
     """A B-spline as toppra wants it."""
 
     def __init__(self, spline: BSpline) -> None:
