@@ -24,8 +24,8 @@ THERE = 1e-3
 """Stopped so near to a waypoint, the arm has arrived [rad]."""
 EASE = 0.005
 """A motion that leaves an obstacle may come nearer to it by this, which is for the distance transform's rounding [m]."""
-TRIES = 3
-"""Spacings of the rounding that are tried, each half of the one before, until the rounded path is free."""
+SPACINGS = tuple(0.75**k for k in range(10))
+"""Shares of the largest spacing of the rounding that are tried, until the rounded path is free [1]."""
 
 
 def blocked_at(clearance: NDArray, gap: float) -> int | None:
@@ -218,8 +218,8 @@ class Baseline:
         if found.path is None:
             return None
         path = found.path if np.array_equal(first, start) else np.concatenate([start[None], found.path])
-        for k in range(TRIES + 1):
-            spline = rounded(path, settings.blend / 2**k)
+        for part in SPACINGS:
+            spline = rounded(path, settings.blend * part)
             along = spline(np.linspace(0, spline.t[-1], 8 * len(spline.c)))
             gaps = scene.clearance(scene.spheres.centres(along))
             if blocked_at(gaps, settings.watch_gap) is None and scene.free(along, -FAR)[1:].all():

@@ -27,16 +27,17 @@ class DistanceGrid:
         self.empty = not occupied.any()
         far = np.full(occupied.shape, FAR) if self.empty else np.asarray(distance_transform_edt(~occupied)) * edge
         self.values = far.astype(np.float32)
+        self.shape: tuple[int, ...] = occupied.shape
 
     def distances(self, x: NDArray) -> NDArray:
         """Distances of points (... 3) to the occupied voxels, each taken as the ball about it [m]."""
         if self.empty:
             return np.full(x.shape[:-1], FAR)
-        top = np.array(self.values.shape) - 1
+        top = np.array(self.shape) - 1
         place = np.clip(x / self.edge - self.first - 0.5, 0, top - 1e-6)
         low = place.astype(int)
         u = place - low
-        sy, sx = self.values.shape[2], self.values.shape[1] * self.values.shape[2]
+        sy, sx = self.shape[2], self.shape[1] * self.shape[2]
         at = low[..., 0] * sx + low[..., 1] * sy + low[..., 2]
         flat = self.values.ravel()
         found = 0.0

@@ -69,7 +69,8 @@ def plan(settings: BaselineSettings, scene: CollisionScene, start: NDArray, goal
     if settings.shortcuts:
         short = geometric.PathSimplifier(info)
         short.reduceVertices(path)
-        short.partialShortcutPath(path, settings.shortcuts)
+        # of the whole way, until as many in a row have failed: by default it ends after as many as there are vertices
+        short.partialShortcutPath(path, settings.shortcuts, settings.shortcuts, 1.0, 0.005)
         short.reduceVertices(path)
     return Planned(np.array([_joints(state, len(start)) for state in path.getStates()]), checks(), False)
 

@@ -25,21 +25,21 @@ class BaselineSettings:
     """Largest change of a joint between two checked configurations of a motion [rad]."""
     samples: int = 500
     """Samples of BFMT*; on failure it adds as many again, up to the time limit."""
-    window: float = 1.0
+    window: float = 0.7
     """The planner samples joints from the least to the greatest of start, goal and waypoints, and this beyond [rad]."""
     direct: bool = True
     """A straight motion of the joints is taken where it is free: what BFMT* tends to."""
-    shortcuts: int = 60
+    shortcuts: int = 30
     """Steps of OMPL's partial shortcuts, between two passes that remove vertices; 0: no simplification."""
-    blend: float = 0.2
+    blend: float = 0.8
     """Spacing of the control points of the cubic B-spline that rounds the corners of the path [rad]."""
     speed_scale: float = 1.0
     """Share of the joints' largest speeds, MoveIt's velocity scaling [1]."""
-    acceleration_scale: float = 0.2
+    acceleration_scale: float = 0.1
     """Share of their largest accelerations, MoveIt's acceleration scaling [1]."""
     tool_speed: float = 0.5
     """Largest speed of the tool point, MoveIt's limit of the Cartesian speed [m/s]."""
-    jerk_time: float = 0.1
+    jerk_time: float = 0.2
     """Width of the moving average over the law of time: accelerations ramp in this time. 0: none [s]."""
     brake_scale: float = 1.0
     """Share of the joints' largest accelerations in a stop [1]."""

@@ -51,7 +51,10 @@ def rounded(path: NDArray, spacing: float) -> BSpline:
     return BSpline(knots.astype(float), control, 3)
 
 
-class _Geometry(toppra.interpolator.AbstractGeometricPath if toppra else object):
+_Path: Any = toppra.interpolator.AbstractGeometricPath if toppra else object
+
+
+class _Geometry(_Path):
     """A B-spline as toppra wants it."""
 
     def __init__(self, spline: BSpline) -> None:
