@@ -22,7 +22,7 @@ from hrcjax.robot import arm_capsules, load_arm, points_on_links, tool_frame, wi
 
 ARM = with_tool(load_arm("ur5"), *TOOL)
 SPHERES = ArmSpheres(ARM)
-SETTINGS = BaselineSettings(resolution=0.05)
+SETTINGS = BaselineSettings(resolution=0.05, clamp=(0.12, 0.97))
 A = np.array([-1.778, -1.485, 1.639, -1.725, -1.571, 0.0])
 B = np.array([-0.264, -1.483, 1.637, -1.725, -1.571, 0.0])
 _GRID = np.meshgrid(np.linspace(-0.5, 0.5, 60), np.linspace(-0.3, 0.3, 40))
@@ -120,7 +120,10 @@ def test_octree_knows_a_wall_and_forgets_it_when_it_is_seen_through() -> None:
     # from free as far as clamping lets it, log-odds -1.99, three hits of 0.85 make occupied
     assert known[:2] == [0, 0] and known[2] > 100
     octree.insert(image(0.0))  # no measurement says nothing
-    assert len(octree.middles()) > 100
+    assert len(octree.middles()) == known[2]
+    for k in range(9):
+        octree.insert(image(3.0, t=k / 15))
+    assert len(octree.middles()) == 0  # however often it was hit, 3.48 less nine misses of 0.41
 
 
 def test_rays_to_the_robot_carve_before_it_and_mark_nothing() -> None:
@@ -244,3 +247,13 @@ def test_monitor_stops_before_a_wall_that_appears_and_goes_on_when_it_has_gone()
     step = np.diff(q, axis=0) / 0.008
     assert (np.abs(step) <= 1.02 * ARM.qd_max).all()
     assert (np.abs(np.diff(step, axis=0)) / 0.008 <= 1.1 * ARM.qdd_max).all()  # in the stop too
+
+
+def test_two_hits_make_a_voxel_occupied_and_five_misses_free() -> None:
+    pytest.importorskip("pyoctomap")
+    octree = Octree(BaselineSettings(resolution=0.05))
+    counts = []
+    for depth in (*[3.0] * 5, *[1.4] * 6, *[3.0] * 5):
+        octree.insert(image(depth))
+        counts.append(len(octree.middles()))
+    assert counts[:6] == [0] * 6 and counts[6] > 100 and counts[14] > 100 and counts[15] == 0

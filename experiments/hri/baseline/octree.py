@@ -84,7 +84,7 @@ class Octree:
         middles = (where + self.first + 0.5) * self.edge
         odds = np.array([self._log_odds(x) for x in middles])
         self._occupied = np.zeros(self.shape, bool)
-        self._occupied[tuple(where[odds > 0].T)] = True
+        self._occupied[tuple(where[odds >= 0].T)] = True
         gone = where[odds < -1.0]  # far from occupied; noted again if hit again
         self.hit[tuple(gone.T)] = False
 

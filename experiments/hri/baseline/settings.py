@@ -13,10 +13,12 @@ class BaselineSettings:
     """Probability of occupied after one hit, OctoMap's default [1]."""
     miss: float = 0.4
     """After one miss, OctoMap's default [1]."""
-    clamp: tuple[float, float] = (0.12, 0.97)
-    """Least and greatest probability of a voxel, OctoMap's defaults [1]."""
+    clamp: tuple[float, float] = (0.29, 0.85)
+    """Least and greatest probability of a voxel: two hits make a free voxel occupied, and five misses an occupied one
+    free. OctoMap's defaults, 0.12 and 0.97, take three and nine [1]."""
     table_margin: float = 0.05
-    """Voxels whose middle is lower than this above the table are not obstacles: the table is a known solid, and its noise ends there [m]."""
+    """Voxels whose middle is lower than this above the table are not obstacles: the table is a known solid, and its noise
+    ends there [m]."""
     plan_gap: float = 0.05
     """Padding of the arm in planning [m]."""
     watch_gap: float = 0.03
