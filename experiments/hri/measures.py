@@ -63,7 +63,8 @@ class Measured(NamedTuple):
     legs: int
     """Arrivals at a waypoint"""
     cycle_time: float
-    """Time there and back: twice the mean of a leg, from the start of the run to the last arrival; NaN: no arrival [s]"""
+    """Time there and back: twice the mean of a leg up to the last arrival; or twice the whole time by one leg more, if that is
+    longer: who stands to the end is not quick [s]"""
     leg_length: float
     """Way of the tool in a leg, to the last arrival; NaN: no arrival [m]"""
     min_separation: float
@@ -117,7 +118,7 @@ def measured(
         *variance.tolist(),
         **{name: float(value) for name, value in zip(SMOOTHNESS, smooth, strict=True)},
         legs=legs,
-        cycle_time=2 * last / legs if legs else float("nan"),
+        cycle_time=2 * max(last / max(legs, 1), len(tool) * dt / (legs + 1)),
         leg_length=float(way) / legs if legs else float("nan"),
         min_separation=float(separation.min()),
         min_clearance=float(clearance.min()),

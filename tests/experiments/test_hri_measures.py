@@ -20,12 +20,12 @@ def measures(tool: np.ndarray, **other: object) -> Measured:
 
 
 def test_a_straight_line_at_constant_speed_has_neither_jerk_nor_curvature() -> None:
-    found = measures(np.outer(T, [0.3, 0.4, 0.0]))
+    found = measures(np.outer(T, [0.3, 0.4, 0.0]), arrivals=[2.0, 4.0, 6.0, 7.9])
     for name in ("variance_x", "variance_y", "variance_z", "total_jerk", "msj", "curvature", "variance_si", "msj_si"):
         assert getattr(found, name) < 1e-10, name
     assert found.curvature_si < 1e-6 and found.jerk_si < 1e-6
-    assert found.cycle_time == pytest.approx(4.0) and found.leg_length == pytest.approx(0.5 * 4 / 2)
-    assert found.legs == 2 and found.success
+    assert found.cycle_time == pytest.approx(7.9 / 2) and found.leg_length == pytest.approx(0.5 * 7.9 / 4, rel=1e-3)
+    assert found.legs == 4 and found.success
 
 
 def test_a_sine_has_the_differences_of_a_sine() -> None:
@@ -99,6 +99,8 @@ def test_recall_is_of_true_collisions() -> None:
     assert np.isnan(share(true < -1, true < -1))
 
 
-def test_no_arrival_has_no_cycle() -> None:
-    found = measures(np.outer(T, [1.0, 0, 0]), arrivals=[])
-    assert np.isnan(found.cycle_time) and not found.success
+def test_who_stands_to_the_end_is_not_quick() -> None:
+    tool = np.outer(T, [1.0, 0, 0])
+    assert measures(tool, arrivals=[2.0]).cycle_time == pytest.approx(2 * 8.008 / 2)
+    never = measures(tool, arrivals=[])
+    assert never.cycle_time == pytest.approx(2 * 8.008) and not never.success and np.isnan(never.leg_length)
