@@ -20,7 +20,7 @@ from .settings import BaselineSettings
 
 ARRAYS = ("t", "q", "qd", "tool", "separation", "clearance", "known", "lag", "probe_t", "probe_known", "probe_true")
 SHOWN = (
-    "legs", "cycle_time", "leg_length", "min_separation", "contacts", "contacts_standing", "recall", "false_alarms", "variance_x",
+    "legs", "cycle_time", "leg_length", "min_separation", "min_clearance", "contacts", "contacts_standing", "recall", "false_alarms", "variance_x",
     "variance_y", "variance_z", "total_jerk", "msj", "curvature", "msj_si", "jerk_si", "curvature_si", "sparc",
 )  # fmt: skip
 
