@@ -209,12 +209,41 @@ def test_a_stop_keeps_the_limits_and_ends() -> None:
     assert brake(np.zeros(2), np.zeros(2), 0.5, limits, 0.01) == -50
 
 
-def test_a_motion_may_leave_but_not_approach() -> None:
+def test_a_motion_out_of_the_padding_may_leave_but_not_approach() -> None:
+    out, nearer, back, along = np.array([[0.01, 0.02, 0.3, 0.4], [0.02, 0.02 - 2 * EASE, 0.3, 0.4], [0.01, 0.3, 0.02, 0.3],
+                                         [0.02, 0.021, 0.022, 0.02]])  # fmt: skip
     assert blocked_at(np.array([0.2, 0.1, 0.01, 0.3]), 0.03) == 2
-    assert blocked_at(np.array([0.01, 0.02, 0.3, 0.4]), 0.03) is None
-    assert blocked_at(np.array([0.02, 0.02 - 2 * EASE, 0.3, 0.4]), 0.03) == 0
-    assert blocked_at(np.array([0.01, 0.3, 0.02]), 0.03) == 2
-    assert blocked_at(np.array([0.02, 0.021]), 0.03) is None
+    assert blocked_at(out, 0.03) == 0 and blocked_at(out, 0.03, leaves=True) is None
+    assert blocked_at(nearer, 0.03, leaves=True) == 0
+    assert blocked_at(back, 0.03, leaves=True) == 2
+    assert blocked_at(along, 0.03, leaves=True) == 0  # it does not get out
+    assert blocked_at(np.array([0.2, 0.1]), 0.03) is None
+
+
+def test_somebody_who_comes_near_a_motion_that_ends_stops_it() -> None:
+    """All that remains is too near at once, and none of it nearer than where the arm is."""
+    pytest.importorskip("pyoctomap")
+    pytest.importorskip("ompl")
+    pytest.importorskip("toppra")
+    baseline = Baseline(ARM, np.stack([A, B]), SETTINGS, 0.008)
+    ticks = 0
+    while not any(event.what == "start" for event in baseline.events) or ticks < 250:
+        q = baseline.step(0.008 * ticks, []).q
+        ticks += 1
+    gap = baseline.settings.watch_gap
+    outwards = SPHERES.tool(q[None]) * [1.0, 1.0, 0.0] / np.linalg.norm(SPHERES.tool(q[None])[0, :2])
+    for away in np.arange(0.1, 0.3, 0.005):  # a voxel so near before the tool that it is just in the padding
+        voxel = octree_of(SPHERES.tool(q[None]) + away * outwards)
+        voxel.insert = lambda frame: None
+        baseline.octree = baseline.scene.octree = voxel  # type: ignore[assignment]
+        baseline.see([image(0.0)])
+        if baseline.known_distance(q[None])[0] > 0.3 * gap:
+            break
+    assert baseline.known_distance(q[None])[0] < gap
+    for k in range(10):
+        baseline.step(0.008 * (ticks + k), [image(0.0)])
+    names = [event.what for event in baseline.events]
+    assert "stop" in names and "stopped" in names and "arrived" not in names
 
 
 def driven(baseline: Baseline, frames: dict[int, Frame], ticks: int) -> np.ndarray:

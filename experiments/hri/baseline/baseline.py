@@ -28,21 +28,21 @@ SPACINGS = tuple(0.75**k for k in range(10))
 """Shares of the largest spacing of the rounding that are tried, until the rounded path is free [1]."""
 
 
-def blocked_at(clearance: NDArray, gap: float) -> int | None:
+def blocked_at(clearance: NDArray, gap: float, leaves: bool = False) -> int | None:
     """The first configuration of a motion that is too near to an obstacle; None: there is none.
-
-    A motion that begins too near may leave, where it comes no nearer.
 
     Args:
         clearance: (configuration) in their order [m].
         gap: that is asked for [m].
+        leaves: the motion is one out of the padding: its first configurations may be too near, where they come no nearer and it
+            gets out.
     """
     near = clearance <= gap
-    leaving = int(np.argmin(near)) if not near.all() else len(near)
-    if (clearance[:leaving] < clearance[:1] - EASE).any():
+    first = int(np.argmin(near)) if leaves and not near.all() else 0  # where it is out
+    if (clearance[:first] < clearance[:1] - EASE).any():
         return 0
-    later = np.flatnonzero(near[leaving:])
-    return leaving + int(later[0]) if len(later) else None
+    later = np.flatnonzero(near[first:])
+    return first + int(later[0]) if len(later) else None
 
 
 class Command(NamedTuple):
@@ -103,7 +103,7 @@ class Baseline:
         self._motion: Motion | None = None
         self._ahead: NDArray | None = None
         self._search: Search | None = None
-        self._place, self._rate, self._braking = 0.0, 0.0, False
+        self._place, self._rate, self._braking, self._leaves = 0.0, 0.0, False, False
         self._searches = 0
 
     def see(self, frames: Sequence[Frame]) -> None:
@@ -172,7 +172,9 @@ class Baseline:
             return
         first = int(self._place / WATCH_STEP)
         last = int(min((self._place + self.settings.horizon) / WATCH_STEP + 1, len(self._ahead)))
-        blocked = blocked_at(self.scene.clearance(self._ahead[first:last]), self.settings.watch_gap)
+        clearance = self.scene.clearance(self._ahead[first:last])
+        self._leaves = self._leaves and bool(clearance[0] <= self.settings.watch_gap)
+        blocked = blocked_at(clearance, self.settings.watch_gap, self._leaves)
         if blocked is not None:
             self.events.append(Event(t, "stop", blocked * WATCH_STEP))
             self._braking = True
@@ -188,9 +190,11 @@ class Baseline:
         if search.motion is None:
             return
         ahead = self._configurations(search.motion)
-        if blocked_at(self.scene.clearance(ahead), self.settings.watch_gap) is not None:
+        clearance = self.scene.clearance(ahead)
+        if clearance[0] <= 0 or blocked_at(clearance, self.settings.watch_gap, leaves=True) is not None:
             self.events.append(Event(t, "outdated", 0.0))
             return
+        self._leaves = bool(clearance[0] <= self.settings.watch_gap)
         self._motion, self._ahead, self._place, self._rate = search.motion, ahead, 0.0, 1.0
         self.events.append(Event(t, "start", search.motion.duration))
 
@@ -222,6 +226,6 @@ class Baseline:
             spline = rounded(path, settings.blend * part)
             along = spline(np.linspace(0, spline.t[-1], 8 * len(spline.c)))
             gaps = scene.clearance(scene.spheres.centres(along))
-            if blocked_at(gaps, settings.watch_gap) is None and scene.free(along, -FAR)[1:].all():
+            if blocked_at(gaps, settings.watch_gap, leaves=True) is None and scene.free(along, -FAR)[1:].all():
                 return timed(settings, self.spheres, spline)
         return None
