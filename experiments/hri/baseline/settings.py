@@ -43,7 +43,7 @@ class BaselineSettings:
     """Largest speed of the tool point, MoveIt's limit of the Cartesian speed [m/s]."""
     jerk_time: float = 0.2
     """Width of the moving average over the law of time: accelerations ramp in this time. 0: none [s]."""
-    brake_scale: float = 1.0
+    brake_scale: float = 0.3
     """Share of the joints' largest accelerations in a stop [1]."""
     horizon: float = float("inf")
     """The path is checked this far ahead; MoveIt checks all that remains [s]."""
