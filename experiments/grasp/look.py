@@ -6,9 +6,8 @@ MuJoCo casts the rays, which needs no graphics library; noise, holes and flying 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's types are compiled and have no stubs
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import mujoco
@@ -52,7 +51,7 @@ def window(camera: Camera, middle: NDArray) -> Camera:
     local = np.asarray(camera.rotation).T @ (middle - np.asarray(camera.position))
     u = round(float(camera.fx) * local[0] / local[2] + float(camera.cx)) - WINDOW // 2
     v = round(float(camera.fy) * local[1] / local[2] + float(camera.cy)) - WINDOW // 2
-    return eqx.tree_at(lambda c: (c.cx, c.cy, c.width, c.height), camera, (camera.cx - u, camera.cy - v, WINDOW, WINDOW))  # fmt: skip
+    return replace(camera, cx=camera.cx - u, cy=camera.cy - v, width=WINDOW, height=WINDOW)
 
 
 def hand_eyes(middle: NDArray) -> list[NDArray]:
