@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import distance, fit
+from hrcjax.field import distance, fit_exact
 from hrcjax.grasp.candidates import Grasps, grasp_candidates
 from hrcjax.grasp.contacts import Contacts, by_hessian, by_nearest, by_plane, contacts
 from hrcjax.grasp.gripper import Gripper
@@ -31,7 +31,7 @@ class Planned(NamedTuple):
 @partial(jax.jit, static_argnums=(1,))
 def plan(seen: SeenPoints, gripper: Gripper, params: GraspParams) -> dict[str, Planned]:
     """Grasps of all ways. They differ in their normals and planarity alone: pairs, score and free space are the same."""
-    field = fit(seen.cloud, params.field)
+    field, _ = fit_exact(seen.cloud, params.field)
     some = seen.cloud.mask[:, None]
     low = jnp.min(jnp.where(some, seen.cloud.points, jnp.inf), axis=0)
     high = jnp.max(jnp.where(some, seen.cloud.points, -jnp.inf), axis=0)

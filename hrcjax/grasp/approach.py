@@ -10,7 +10,7 @@ from hrcjax.typing import Array, DistanceFn, Float, Matrix3, Scalar, Vector3
 
 TURNS = tuple(np.deg2rad([0.0, 20.0, -20.0, 40.0, -40.0, 60.0, -60.0]).tolist())
 """Turns of the approach about the closing axis, from as steep as it can be [rad]."""
-STOPS = (0.0, 0.35, 0.7, 1.0)
+STOPS = (0.0, 0.5, 1.0)
 """Shares of the approach at which the body is checked: the fingers' length covers what lies between [1]."""
 
 
@@ -46,5 +46,8 @@ def body_clearance(
     local = centres + jnp.stack([jnp.zeros_like(moved), moved * opening / 2, jnp.zeros_like(moved)], axis=1)
     body = p + local @ R.T
     back = jnp.asarray(approach, p.dtype) * R[:, 2]
-    distance = jnp.stack([jax.vmap(clearance)(body - share * back) for share in STOPS])
-    return jnp.min(distance - radii)
+
+    def at(share: Array) -> Float[Array, ""]:
+        return jnp.min(jax.vmap(clearance)(body - share * back) - radii)
+
+    return jnp.min(jax.lax.map(at, jnp.asarray(STOPS, p.dtype)))

@@ -12,9 +12,6 @@ from hrcjax.grasp.params import GraspParams
 from hrcjax.numerics import safe_norm, unit
 from hrcjax.typing import Array, Bool, DistanceFn, Float, Int, Vector3
 
-CHUNK = 32
-"""Pairs whose approaches are checked at once: their distances stay in the cache."""
-
 
 class Grasps(eqx.Module):
     """Grasps of fixed capacity, best first."""
@@ -115,10 +112,14 @@ def grasp_candidates(
             free = (room >= params.margin) & (down >= params.least_down)
             return R, room, jnp.where(free, score + params.weight_down * down, -jnp.inf)
 
-        R, room, value = jax.vmap(along)(turns)
+        def none(turns: Array) -> tuple[Array, Array, Array]:
+            nothing = jnp.full_like(turns, -jnp.inf)
+            return jax.vmap(lambda turn: gripper_axes(axis, turn, upward))(turns), nothing, nothing
+
+        R, room, value = jax.lax.cond(jnp.isfinite(score), jax.vmap(along), none, turns)
         best = jnp.argmax(value)
         return Grasps(R[best], p, width, opening, value[best], room[best], contact, jnp.isfinite(value[best]))
 
-    tried = jax.lax.map(one, (chosen.contact, chosen.score), batch_size=CHUNK)
+    tried = jax.lax.map(one, (chosen.contact, chosen.score))  # one by one: their distances stay in the cache
     _, order = jax.lax.top_k(tried.score, min(most, tried.score.shape[0]))
     return jax.tree.map(lambda leaf: leaf[order], tried)
