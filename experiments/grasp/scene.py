@@ -102,7 +102,7 @@ def _lowest(scene: Scene, geom: int) -> float:
     return float(mujoco.mj_geomDistance(scene.model, scene.data, table, int(geom), 1.0, fromto))
 
 
-def draw_poses(seed: int, count: int) -> list[tuple[NDArray, float, int]]:
+def draw_poses(seed: int | list[int], count: int) -> list[tuple[NDArray, float, int]]:
     """Places, yaws and rests of one shape."""
     chance = np.random.default_rng(seed)
     return [(np.array(WORK) + chance.uniform(-SPREAD, SPREAD, 2), chance.uniform(-np.pi, np.pi), k) for k in range(count)]  # fmt: skip
