@@ -50,8 +50,8 @@ class GraspConfig:
     """Seed of poses and noise."""
     hand: bool = True
     """Whether the camera in the hand looks too, from three sides."""
-    frames: int = 6
-    """Images of every camera from every place."""
+    frames: int = 16
+    """Images of every camera from every place, about 1 s; their median is fused."""
     friction: float = 0.8
     """Coefficient of friction of the pads."""
     slippery: tuple[float, ...] = (0.3, 0.2, 0.15)

@@ -28,9 +28,6 @@ TARGET_HEIGHT = 0.04
 """Of the place that all look at [m]."""
 WINDOW = 128
 """Rows and columns of the part of an image that is read: about the object."""
-FRAMES = 6
-"""Images of every camera from every place."""
-
 
 @dataclass(frozen=True)
 class Look:

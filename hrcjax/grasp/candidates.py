@@ -14,23 +14,23 @@ from hrcjax.typing import Array, Bool, DistanceFn, Float, Int, Vector3
 
 
 class Grasps(eqx.Module):
-    """Grasps of fixed capacity, best first."""
+    """Grasps of fixed capacity, best first; or one, without the leading axis."""
 
-    R: Float[Array, "grasp 3 3"]
+    R: Float[Array, "*grasp 3 3"]
     """Axes of the gripper in the world: y the closing axis, z the approach."""
-    p: Float[Array, "grasp 3"]
+    p: Float[Array, "*grasp 3"]
     """Tool point: the middle between the contacts [m]."""
-    width: Float[Array, "grasp"]
+    width: Float[Array, "*grasp"]
     """Between the contacts [m]."""
-    opening: Float[Array, "grasp"]
+    opening: Float[Array, "*grasp"]
     """Between the pads on the approach [m]."""
-    score: Float[Array, "grasp"]
+    score: Float[Array, "*grasp"]
     """The higher the better; minus infinity under no mask [1]."""
-    clearance: Float[Array, "grasp"]
+    clearance: Float[Array, "*grasp"]
     """Least distance of the gripper's body from object and table [m]."""
-    contact: Int[Array, "grasp 2"]
+    contact: Int[Array, "*grasp 2"]
     """Which contacts the pads touch."""
-    mask: Bool[Array, "grasp"]
+    mask: Bool[Array, "*grasp"]
     """True where there is a grasp."""
 
 
@@ -79,7 +79,7 @@ def grasp_candidates(
     gripper: Gripper,
     params: GraspParams,
     up: Vector3 | None = None,
-    pairs: int = 192,
+    pairs: int = 96,
     most: int = 64,
 ) -> Grasps:
     """The best grasps: antipodal contacts of planar surfaces within the stroke, with an approach that is free.
