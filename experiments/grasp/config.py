@@ -14,7 +14,7 @@ images are fused into a map of 6 mm. Its points have normals in three ways:
 
   hessian    by the Hessian of the Gaussian-process field (HRI 2025), with its planarity
   pca        by the plane through 16 neighbours
-  nearest    by the direction from the nearest point, read 6 mm off the surface
+  nearest    by the direction from the nearest point, read 18 mm off the surface
 
 From there on all is the same: antipodal pairs within stroke and friction cone, approaches free of collision by the field, the best
 that the arm reaches. A two-finger gripper opens, goes there along the approach, closes, lifts 15 cm and holds for 1 s. An object counts

@@ -10,13 +10,13 @@ HEAD = """# Grasps from noisy depth
 
 Written by `python -m experiments.grasp --json FILE --page FILE`; do not edit. `--help` explains every option.
 
-Ten shapes of household size ({poses} poses each, seed {seed}) on a table before a UR5, {cameras}, with the D435i's noise, {frames}
-images from every place, fused into a map of 6 mm. Points surer than 0.7 mm have normals in three ways:
+Ten shapes of household size ({poses} poses each, seed {seed}) on a table before a UR5, {cameras}, with the D435i's noise. The median of {frames}
+images from every place is fused into a map of 6 mm. Its points have normals in three ways:
 
 * **Hessian**: the eigenvector of the most negative eigenvalue of the Hessian of a Gaussian-process field with exact weights and a
   length scale of 5.5 mm (HRI 2025); usable from a planarity of 0.9 on.
 * **PCA**: of the plane through 16 neighbours; usable where the least variance is under a tenth of the middle one.
-* **nearest**: from the nearest point, read 6 mm off the surface; it knows no planarity.
+* **nearest**: from the nearest point, read 18 mm off the surface, where it errs least; it knows no planarity.
 
 From there on all is the same: pairs within the stroke of 85 mm whose closing axis lies within both cones of friction (0.5), scored by
 cone, planarity, nearness to the object's middle and steepness; approaches whose fingers and palm stay 3 mm off object and table by
