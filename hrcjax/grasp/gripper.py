@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+COVER = 1.2
+"""Radius of a finger's spheres over half its thickness: they stand out of its faces by as little as its corners stand out of them [1]."""
+
 
 @dataclass(frozen=True)
 class Gripper:
@@ -30,9 +33,10 @@ class Gripper:
 
     def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Spheres that stand for the body: centres with the fingers closed [m], by what share of half the opening each moves
-        along y [1], and radii [m]. The fingers are covered; the palm is but for its corners."""
+        along y [1], and radii [m]. The fingers' corners stand out of them by half a finger's thickness or less; of the palm its
+        front is there."""
         half = self.thickness / 2
-        z = np.arange(self.pad[1] - half, -self.length, -1.6 * half)
+        z = np.linspace(self.pad[1] - half, -self.length, 1 + round((self.pad[1] - half + self.length) / (1.4 * half)))
         x = np.linspace(-self.pad[0] + half, self.pad[0] - half, 3)
         grid = np.array([[a, half, c] for a in x for c in z])
         fingers = np.concatenate([grid * [1, side, 1] for side in (1.0, -1.0)])
@@ -41,5 +45,5 @@ class Gripper:
         y = np.linspace(-self.palm[1] + big, self.palm[1] - big, 7)
         palm = np.array([[a, b, -self.length - big] for a in (-big, big) for b in y])
         centres = np.concatenate([fingers, palm])
-        radii = np.concatenate([np.full(len(fingers), half), np.full(len(palm), big)])
+        radii = np.concatenate([np.full(len(fingers), COVER * half), np.full(len(palm), big)])
         return centres, np.concatenate([moved, np.zeros(len(palm))]), radii

@@ -1,6 +1,5 @@
 """Grasps on exact boxes and balls: where they are, what they keep away from, how they move with the object."""
 
-import dataclasses
 from functools import partial
 
 import jax
@@ -76,7 +75,7 @@ def test_the_gripper_keeps_off_object_and_table(on_box: Grasps) -> None:
 def test_wider_than_the_stroke_has_no_grasp() -> None:
     half = (0.045, 0.05, 0.048)
     found = exact_contacts(*box(half, 0.02), shift=np.array([0, 0, half[2] - HALF[2]]))
-    assert not np.asarray(search(found, lambda x: x[2]).mask).any()
+    assert not np.asarray(jax.jit(partial(search, clearance=lambda x: x[2]))(found).mask).any()
 
 
 def test_where_a_finger_would_hit_something_there_is_no_grasp() -> None:
@@ -86,8 +85,8 @@ def test_where_a_finger_would_hit_something_there_is_no_grasp() -> None:
         wall = box_distance(x, jnp.asarray([0.03, 0.0, 0.1]), jnp.asarray([0.005, 0.1, 0.1]))
         return jnp.minimum(on_table(x), wall)
 
-    assert np.asarray(search(found, on_table).mask).any()
-    free = search(found, walled)
+    assert np.asarray(jax.jit(partial(search, clearance=on_table))(found).mask).any()
+    free = jax.jit(partial(search, clearance=walled))(found)
     assert not (np.asarray(free.mask) & (np.abs(np.asarray(free.R)[:, 0, 1]) > 0.7)).any()
 
 
@@ -124,10 +123,11 @@ def test_the_clearance_of_the_body_is_that_of_its_spheres() -> None:
     R = gripper_axes(jnp.asarray([1.0, 0, 0]), 0.0, UP)
     np.testing.assert_allclose(np.asarray(R)[:, 2], [0, 0, -1], atol=1e-9)
     room = body_clearance(GRIPPER, R, jnp.asarray([0, 0, 0.1]), 0.05, 0.1, lambda x: x[2])
-    np.testing.assert_allclose(room, 0.1 - GRIPPER.pad[1], atol=1e-9)
+    assert 0.1 - GRIPPER.pad[1] - 0.0015 < float(room) <= 0.1 - GRIPPER.pad[1]
 
 
 def test_float32_stays_float32() -> None:
     found = jax.tree.map(lambda a: a.astype(jnp.float32) if a.dtype == float else a, exact_contacts(*box(HALF, 0.03)))
-    one = grasp_candidates(found, CENTRE.astype(jnp.float32), lambda x: x[2], GRIPPER, dataclasses.replace(PARAMS), None, 8, 4)  # fmt: skip
+    play = jax.jit(lambda one: grasp_candidates(one, CENTRE.astype(jnp.float32), lambda x: x[2], GRIPPER, PARAMS, None, 8, 4))  # fmt: skip
+    one = play(found)
     assert {a.dtype for a in jax.tree.leaves(one)} == {jnp.dtype("float32"), jnp.dtype("int32"), jnp.dtype(bool)}
