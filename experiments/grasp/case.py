@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from hrcjax.grasp.gripper import Gripper
 from hrcjax.grasp.params import GraspParams
@@ -68,13 +68,13 @@ class Bench:
             at = jnp.asarray([*pose[0], TARGET_HEIGHT], jnp.float32)
             eyes = [jnp.asarray(eye, jnp.float32) for eye in hand_eyes(np.asarray(at, float))]
             found["looks_reached"] = np.array([bool(look_reached(self.arm, eye, at)) for eye in eyes])
-        tree = cKDTree(surface)
+        tree = KDTree(surface)
         for way, planned in plan(seen, self.gripper, self.params).items():
             own = self._way(planned, tree, normals, shape, pose)
             found |= {f"{way}_{key}": value for key, value in own.items()}
         return found
 
-    def _way(self, planned: Planned, tree: cKDTree, normals: NDArray, shape: Any, pose: Any) -> dict[str, Any]:
+    def _way(self, planned: Planned, tree: KDTree, normals: NDArray, shape: Any, pose: Any) -> dict[str, Any]:
         """Errors of the normals, the grasps, and what became of the first that is reached."""
         contacts, grasps = jax.tree.map(np.asarray, planned)
         _, nearest = tree.query(contacts.points)

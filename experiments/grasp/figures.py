@@ -59,8 +59,9 @@ def _draw_candidates(axes: Axes, name: str, case: Case, way: str = "hessian") ->
 
 def candidates_figure(cases: Mapping[str, Case]) -> Figure:
     """Candidates on one object of each shape."""
-    firsts = {name.split("/")[0]: case for name, case in reversed(cases.items())}
-    firsts = dict(reversed(firsts.items()))
+    firsts: dict[str, Case] = {}
+    for name, case in cases.items():
+        firsts.setdefault(name.split("/")[0], case)
     columns = min(5, len(firsts))
     figure = new_figure(2.6 * columns, 2.7 * -(-len(firsts) // columns) + 0.3)
     panels = as_row(figure.subplots(-(-len(firsts) // columns), columns))

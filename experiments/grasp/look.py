@@ -29,6 +29,7 @@ TARGET_HEIGHT = 0.04
 WINDOW = 128
 """Rows and columns of the part of an image that is read: about the object."""
 
+
 @dataclass(frozen=True)
 class Look:
     """What one camera sees from one place, without noise."""
@@ -45,10 +46,23 @@ class Look:
 
 def window(camera: Camera, middle: NDArray) -> Camera:
     """The camera's image cut to a window about the picture of a place [m]."""
-    local = np.asarray(camera.rotation).T @ (middle - np.asarray(camera.position))
-    u = round(float(camera.fx) * local[0] / local[2] + float(camera.cx)) - WINDOW // 2
-    v = round(float(camera.fy) * local[1] / local[2] + float(camera.cy)) - WINDOW // 2
+    R, eye, fx, fy, cx, cy = _numbers(camera)
+    local = R.T @ (middle - eye)
+    u = round(float(fx * local[0] / local[2] + cx)) - WINDOW // 2
+    v = round(float(fy * local[1] / local[2] + cy)) - WINDOW // 2
     return replace(camera, cx=camera.cx - u, cy=camera.cy - v, width=WINDOW, height=WINDOW)
+
+
+def _numbers(camera: Camera) -> list[NDArray]:
+    """Axes, position, focal lengths and principal point."""
+    return [np.asarray(v, float) for v in (camera.rotation, camera.position, camera.fx, camera.fy, camera.cx, camera.cy)]  # fmt: skip
+
+
+def _rays(camera: Camera) -> NDArray:
+    """Directions of all pixels in the world, of depth 1 along the optical axis (row, column, 3)."""
+    R, _, fx, fy, cx, cy = _numbers(camera)
+    u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+    return np.stack([(u - cx) / fx, (v - cy) / fy, np.ones(u.shape)], axis=-1) @ R.T
 
 
 def hand_eyes(middle: NDArray) -> list[NDArray]:
@@ -75,11 +89,7 @@ def cameras(place: NDArray, dtype: jnp.dtype | type = jnp.float32) -> list[Camer
 
 def look(scene: Scene, camera: Camera) -> Look:
     """Exact depth and normals."""
-    u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-    x = (u - float(camera.cx)) / float(camera.fx)
-    y = (v - float(camera.cy)) / float(camera.fy)
-    local = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
-    rays = np.ascontiguousarray(local @ np.asarray(camera.rotation, float).T)
+    rays = np.ascontiguousarray(_rays(camera).reshape(-1, 3))
     count = len(rays)
     geom, distance, normal = np.full(count, -1, np.int32), np.zeros(count), np.zeros(3 * count)
     eye = np.asarray(camera.position, float).reshape(3, 1)
@@ -94,12 +104,8 @@ def exact_surface(looks: list[Look]) -> tuple[NDArray, NDArray]:
     """Points and unit normals of the object's surface as far as it is seen, without noise (point, 3) [m], [1]."""
     points, normals = [], []
     for one in looks:
-        u, v = np.meshgrid(np.arange(one.camera.width), np.arange(one.camera.height))
-        x = (u - float(one.camera.cx)) / float(one.camera.fx)
-        y = (v - float(one.camera.cy)) / float(one.camera.fy)
-        local = one.depth[..., None] * np.stack([x, y, np.ones_like(x)], axis=-1)
         with np.errstate(invalid="ignore"):
-            world = local @ np.asarray(one.camera.rotation, float).T + np.asarray(one.camera.position, float)
+            world = one.depth[..., None] * _rays(one.camera) + np.asarray(one.camera.position, float)
         points.append(world[one.own])
         normals.append(one.normal[one.own])
     n = np.concatenate(normals)

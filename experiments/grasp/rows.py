@@ -48,7 +48,10 @@ def holds(name: str, value: float) -> bool | None:
 def definition(name: str) -> str:
     """What a row measures."""
     stem, way = name, ""
-    for end, words in (("_pca", "; normals by the plane through neighbours"), ("_nearest", "; normals by the nearest point")):
+    for end, words in (
+        ("_pca", "; normals by the plane through neighbours"),
+        ("_nearest", "; normals by the nearest point"),
+    ):
         if stem.endswith(end):
             stem, way = stem.removesuffix(end), words
     if "_friction" in stem:
