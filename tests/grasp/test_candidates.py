@@ -131,3 +131,8 @@ def test_float32_stays_float32() -> None:
     play = jax.jit(lambda one: grasp_candidates(one, CENTRE.astype(jnp.float32), lambda x: x[2], GRIPPER, PARAMS, None, 8, 4))  # fmt: skip
     one = play(found)
     assert {a.dtype for a in jax.tree.leaves(one)} == {jnp.dtype("float32"), jnp.dtype("int32"), jnp.dtype(bool)}
+
+
+def test_a_field_that_is_no_number_lets_no_grasp_through() -> None:
+    found = exact_contacts(*box(HALF, 0.03))
+    assert not np.asarray(jax.jit(partial(search, clearance=lambda x: x[2] * jnp.nan))(found).mask).any()
