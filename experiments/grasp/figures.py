@@ -107,7 +107,7 @@ def lifted_figure(cases: Mapping[str, Case], frictions: Sequence[float]) -> Figu
     for k, (way, words) in enumerate(WORDS.items()):
         shares = by_shape(cases, way)
         left.bar(np.arange(len(shares)) + 0.27 * (k - 1), list(shares.values()), 0.25, color=COLOURS[way], label=words)
-        left.set_xticks(range(len(shares)), [s.replace("_", "\n") for s in shares], fontsize=7)
+        left.set_xticks(range(len(shares)), [s.replace("_", "\n") for s in shares], fontsize=6)
         lifted = np.mean([case[f"{way}_lifted"] for case in cases.values()], axis=0)
         middle.plot(frictions, lifted, "o-", color=COLOURS[way], markersize=4)
         angle = np.sort(np.rad2deg([float(case[f"{way}_true_angle"]) for case in cases.values() if case[f"{way}_taken"] >= 0]))  # fmt: skip
@@ -123,6 +123,12 @@ def lifted_figure(cases: Mapping[str, Case], frictions: Sequence[float]) -> Figu
     return figure
 
 
+def _upward(case: Case) -> float:
+    """How little the chosen approach goes straight down, with sides that face the picture first [1]."""
+    R = case["hessian_R"][int(case["hessian_taken"])]
+    return float(R[2, 2] - 0.5 * abs(R[:, 1] @ [0.8, 0.6, 0.0]))
+
+
 def draw(folder: Path, cases: Mapping[str, Case], frictions: Sequence[float]) -> list[str]:
     """Draws all figures into a folder; their names."""
     folder.mkdir(exist_ok=True)
@@ -136,6 +142,6 @@ def draw(folder: Path, cases: Mapping[str, Case], frictions: Sequence[float]) ->
     lifted = [name for name, case in cases.items() if case["hessian_lifted"][0]]
     if not lifted:
         return list(figures)
-    shown = next((name for name in lifted if name.startswith("mug/")), lifted[0])
+    shown = min(lifted, key=lambda name: _upward(cases[name]))
     write_bytes(folder / "lift.gif", lift_gif(shown.split("/")[0], cases[shown]))
     return [*figures, "lift.gif"]

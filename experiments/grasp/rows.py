@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import beta
 
 from hrcjax.lab.case_store import Case
 
@@ -18,6 +19,7 @@ END = {"hessian": "", "pca": "_pca", "nearest": "_nearest"}
 DEFINITIONS = {
     "objects": "shapes times poses",
     "lifted_share": "objects lifted: the centre rose by over 10 cm, and both fingers hold it after 1 s",
+    "lifted_share_low": "95 % lower limit of the same, by the binomial distribution (Clopper and Pearson)",
     "found_share": "objects with a grasp that is free and reached",
     "lifted_of_found": "lifted of those",
     "candidates": "free grasps of an object, at most 64, mean",
@@ -57,7 +59,7 @@ def definition(name: str) -> str:
     if "_friction" in stem:
         stem, _, mu = stem.partition("_friction")
         return f"{DEFINITIONS[stem]}; pads with a coefficient of friction of {int(mu) / 100}{way}"
-    if stem.startswith("lifted_share_"):
+    if stem.startswith("lifted_share_") and stem not in DEFINITIONS:
         return f"the same of one shape{way}"
     return DEFINITIONS.get(stem, "") + way
 
@@ -76,6 +78,11 @@ def errors(cases: Sequence[Case], way: str, same: bool = False) -> NDArray:
     return np.concatenate(found)
 
 
+def lower_limit(lifted: int, count: int) -> float:
+    """The share that is exceeded with a confidence of 95 % [1]."""
+    return float(beta.ppf(0.05, lifted, count - lifted + 1)) if lifted else 0.0
+
+
 def way_rows(cases: Sequence[Case], way: str, frictions: Sequence[float]) -> Rows:
     """Rows of one way."""
     end = END[way]
@@ -83,6 +90,7 @@ def way_rows(cases: Sequence[Case], way: str, frictions: Sequence[float]) -> Row
     taken = joined(cases, f"{way}_taken") >= 0
     off, off_same = errors(cases, way), errors(cases, way, same=True)
     rows = {f"lifted_share{end}": row(lifted[:, 0].mean())}
+    rows[f"lifted_share_low{end}"] = row(lower_limit(int(lifted[:, 0].sum()), len(lifted)))
     for k, mu in enumerate(frictions[1:], 1):
         rows[f"lifted_share_friction{round(100 * mu):03d}{end}"] = row(lifted[:, k].mean())
     rows |= {

@@ -17,7 +17,7 @@ from experiments.grasp.objects import NAMES, SHAPES, shape_named
 from experiments.grasp.page import page
 from experiments.grasp.perceive import perceive
 from experiments.grasp.picture import Viewpoint
-from experiments.grasp.rows import BARS, all_rows, definition, holds
+from experiments.grasp.rows import BARS, all_rows, definition, holds, lower_limit
 from experiments.grasp.run import run
 from experiments.grasp.scene import WORK, draw_poses, make_scene
 from hrcjax.grasp.gripper import Gripper
@@ -119,6 +119,8 @@ def test_rows_of_cases_made_by_hand() -> None:
     value = {name: entry["value"] for name, entry in rows.items()}
     assert value["objects"] == 4 and value["lifted_share"] == 0.5 and value["found_share"] == 0.75
     assert value["lifted_of_found"] == pytest.approx(2 / 3) and value["lifted_share_friction030"] == 0
+    assert value["lifted_share_low"] == pytest.approx(0.0976, abs=1e-4)  # 2 of 4; of 4 of 4 0.05^(1/4)
+    assert lower_limit(4, 4) == pytest.approx(0.05**0.25) and lower_limit(0, 4) == 0
     assert value["lifted_share_box"] == 0.5 and value["lifted_share_mug_pca"] == 0.5
     assert value["normal_error"] == pytest.approx(2) and value["normal_error_pca"] == pytest.approx(8)
     assert value["normal_error_same_pca"] == pytest.approx(4) and value["true_angle_nearest"] == pytest.approx(20)
