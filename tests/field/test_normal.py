@@ -9,12 +9,16 @@ from samples import cloud, plane, sphere
 from hrcjax.field import (
     SQUARED_EXPONENTIAL,
     FieldParams,
+    distance_occupancy_hessian,
     fit,
+    hessian_normal,
     log_occupancy,
     occupancy_hessian,
     rational_quadratic,
     surface_normal,
 )
+from hrcjax.numerics import safe_norm
+from hrcjax.typing import Array, Vector3
 
 normal_at = jax.jit(surface_normal)
 
@@ -83,3 +87,23 @@ def test_derivative():
             np.testing.assert_allclose(ours[..., i], (plus - minus) / 2e-5, rtol=1e-3, atol=1e-4)
     flat = fit(cloud(plane(3, 0.03)), FieldParams(0.03))
     assert np.all(np.isfinite(jax.jacfwd(lambda at: surface_normal(flat, at, eye).normal)(jnp.zeros(3))))
+
+
+def test_any_field_of_distance_has_hessian_normals(dtype: jnp.dtype) -> None:
+    """Of an exact ball and of a plane, at the surface and a little off it; planarity is that of exp(-d^2 / 2 l^2)."""
+    radius, scale = 0.05, 0.01
+    direction = jnp.asarray([0.48, -0.6, 0.64], dtype)
+    centre = jnp.asarray([0.1, 0.2, 0.3], dtype)
+
+    def ball(x: Vector3) -> Array:
+        return safe_norm(x - centre) - radius
+
+    for off in (0.0, 0.002, -0.002):
+        x = centre + (radius + off) * direction
+        one = hessian_normal(distance_occupancy_hessian(ball, x, scale), direction, 0.9)
+        np.testing.assert_allclose(one.normal, direction, atol=2e-3 if dtype == "float32" else 1e-9)
+        assert bool(one.ok) and one.normal.dtype == dtype
+        assert float(hessian_normal(distance_occupancy_hessian(ball, x, scale), -direction).normal @ direction) < 0
+    flat = hessian_normal(distance_occupancy_hessian(lambda x: x[2], jnp.zeros(3, dtype), scale), direction)
+    np.testing.assert_allclose(flat.normal, [0, 0, 1], atol=1e-6)
+    np.testing.assert_allclose(flat.planarity, 1, atol=1e-5)
