@@ -103,13 +103,13 @@ def _check(config: SweepConfig) -> None:
         raise UsageError(f"--memory {config.memory:g}: accepted is a number of MB above 0")
     if config.json:
         raise UsageError("--json needs --analyse RUN")
-    check_hosts(config.hosts, config.coordinator, config.host_timeout)
     part = f"--shard {config.shard}" if config.shard else f"--hosts {config.hosts}"
     others = {"--hosts": bool(config.shard and config.hosts), "--merge": config.merge is not None}
     others["--overwrite"] = config.overwrite
     if (config.shard or config.hosts) and any(others.values()):
         other = next(option for option, given in others.items() if given)
         raise UsageError(f"{part} and {other} exclude each other")
+    check_hosts(config.hosts, config.coordinator, config.host_timeout)
     if config.merge and (config.out is None):
         raise UsageError("--merge FOLDER ... needs --out, the folder of the results")
     if config.devices < 0:

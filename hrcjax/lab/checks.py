@@ -28,11 +28,11 @@ def among(config: Any, option: str, accepted: Collection[str]) -> None:
             raise UsageError(f"{_word(option)} {value}: accepted are {', '.join(accepted)}")
 
 
-def at_least(config: Any, least: float, *options: str) -> None:
+def at_least(config: Any, least: int, *options: str) -> None:
     """Refuses numbers below a least one."""
     for option in options:
         if not getattr(config, option) >= least:
-            raise UsageError(f"{_word(option)} {getattr(config, option)}: accepted is {least:g} or more")
+            raise UsageError(f"{_word(option)} {getattr(config, option)}: accepted is {least} or more")
 
 
 def check_outputs(config: Any, *options: str, new_folder: bool = False) -> None:
@@ -40,7 +40,7 @@ def check_outputs(config: Any, *options: str, new_folder: bool = False) -> None:
 
     Args:
         options: names of the options for files; the one of rows is "json".
-        new_folder: whether a folder that is missing is made; else it is refused.
+        new_folder: whether a folder that is missing will be made; else it is refused.
     """
     for option in options:
         file: Path | None = getattr(config, option)
@@ -48,9 +48,9 @@ def check_outputs(config: Any, *options: str, new_folder: bool = False) -> None:
             continue
         if not file.parent.is_dir() and not new_folder:
             raise UsageError(f"no folder {file.parent} for {_word(option)}")
-        if file.is_dir():
-            raise UsageError(f"{_word(option)} {file} is a folder; give a file")
+        if file.exists() and not file.is_file():
+            kind = "a folder" if file.is_dir() else "no file"
+            raise UsageError(f"{_word(option)} {file} is {kind}; give a file")
         check_writable(file.parent, _word(option))
-        file.parent.mkdir(parents=True, exist_ok=True)
         if option == "json":
             read_results(file)

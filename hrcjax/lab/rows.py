@@ -32,6 +32,7 @@ def write_rows(folder: Path, file: Path | None, sections: Mapping[str, Mapping[s
     """
     write_bytes(folder / "rows.json", (json.dumps(sections, indent=1) + "\n").encode())
     if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(file, (json.dumps(read_results(file) | dict(sections), indent=1) + "\n").encode())
 
 

@@ -54,12 +54,13 @@ def posture_at(cell: Cell, x: Vector3) -> Joints:
 
 
 def check_start(cell: Cell, scene: Scene, q: Joints) -> None:
-    """Refuses a start at which the arm touches an obstacle. Needs concrete values: call it outside jit.
+    """Refuses a start at which the arm touches an obstacle. Needs concrete values: call it outside jit. At the goal the paper's scene
+    with grown obstacles has the arm inside one: that is for the planner to say.
 
     Raises:
         ValueError: which link, and how deep.
     """
-    distances = np.array(capsules_obstacle_distances(scene, arm_capsules(cell.arm, q)))
+    distances = np.array(_to_obstacles(cell.arm, scene, q))
     distances[np.asarray(cell.arm.capsule_links) < 0] = FAR
     link, obstacle = np.unravel_index(int(distances.argmin()), distances.shape)
     if distances[link, obstacle] < 0:
@@ -205,6 +206,11 @@ def _sense(
     return sense_sequence(
         *sizes, known.survey, known.field, known.stage, robot, stamps, cameras, key, params, known.hidden
     )  # fmt: skip
+
+
+@partial(jax.jit, static_argnums=0)
+def _to_obstacles(arm: Arm, scene: Scene, q: Joints) -> Float[Array, "capsule obstacle"]:
+    return capsules_obstacle_distances(scene, arm_capsules(arm, q))
 
 
 @partial(jax.jit, static_argnums=0)

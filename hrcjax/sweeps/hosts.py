@@ -33,10 +33,10 @@ def check_hosts(hosts: str, coordinator: str, timeout: int) -> None:
         if not coordinator:
             raise UsageError(f"--hosts {hosts} needs --coordinator HOST:PORT, a free port of the first host")
     name, _, port = coordinator.rpartition(":")
-    if coordinator and not (name and port.isdecimal() and 0 < int(port) < 65536):
+    if coordinator and not (name and coordinator.isascii() and port.isdecimal() and 0 < int(port) < 65536):
         raise UsageError(f"--coordinator {coordinator}: accepted is HOST:PORT, for example node01:8476")
-    if timeout < 1:
-        raise UsageError(f"--host-timeout {timeout}: accepted is a whole number of seconds above 0")
+    if not 1 <= timeout <= NO_LIMIT:
+        raise UsageError(f"--host-timeout {timeout}: accepted is a whole number of seconds from 1 to {NO_LIMIT}")
 
 
 def join(hosts: str, coordinator: str, timeout: int) -> Shard:
@@ -115,10 +115,10 @@ def _reach(coordinator: str, timeout: int) -> None:
         try:
             socket.create_connection((name.strip("[]"), int(port)), timeout=timeout).close()
             return
-        except OSError as error:
-            if time.monotonic() - begin > timeout:
+        except (OSError, UnicodeError) as error:
+            if isinstance(error, UnicodeError) or time.monotonic() - begin > timeout:
                 raise UsageError(
-                    f"--coordinator {coordinator}: not reached within {timeout} s ({error.strerror or one_line(error)}); "
+                    f"--coordinator {coordinator}: not reached within {timeout} s ({getattr(error, 'strerror', None) or one_line(error)}); "
                     "host 1 must be started, and its port be open"
                 ) from error
             time.sleep(0.2)

@@ -10,7 +10,7 @@ Programs pass flat lists of arrays; forward ones give what their reverse (`jax.v
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -102,28 +102,33 @@ class StagedGradient:
                 if out["kept"]:
                     self._make(pool, f"{name} back", self._back(name), (out["kept"], out["floats"]))
             self.given = *given, *_results(plan), *_results(ticks)
-            self._make_terms(pool)
+            self._make_terms(pool, self.stages.losses)
         self._await(begin)
 
     def new_loss(self, stages: Stages) -> None:
-        """Takes the losses and weights of other stages: the programs of terms that are new are compiled."""
+        """Takes the losses and weights of other stages: the programs of terms that are new are compiled. If one fails, all stays as
+        it was."""
+        before, begin = (dict(self.programs), dict(self.terms)), time.monotonic()
+        try:
+            with ThreadPoolExecutor(THREADS) as pool:
+                self._make_terms(pool, stages.losses)
+            self._await(begin)
+        except BaseException:
+            self.programs, self.terms = before
+            raise
+        if self.exact is not None:
+            self.exact.new_loss(stages)
         self.stages = replace(self.stages, losses=stages.losses, weights=stages.weights)
-        self.exact = None
-        begin = time.monotonic()
-        with ThreadPoolExecutor(THREADS) as pool:
-            self._make_terms(pool)
-        self._await(begin)
 
-    def _make_terms(self, pool: ThreadPoolExecutor) -> None:
-        for loss in self.stages.losses:
+    def _make_terms(self, pool: ThreadPoolExecutor, losses: Sequence[Loss]) -> None:
+        names = [loss.name for loss in losses]
+        if len(set(names)) < len(names):
+            raise ValueError(f"losses {', '.join(names)}: accepted is each name once")
+        args = (*self.given, jax.ShapeDtypeStruct((), self.given[0].dtype))
+        for loss in losses:
             if self.terms.get(loss.name) is not loss:
+                self._make(pool, loss_program(loss), self._term(loss), args, kept=LOSSES.get(loss.name) is loss)
                 self.terms[loss.name] = loss
-                self._make(
-                    pool,
-                    loss_program(loss),
-                    self._term(loss),
-                    (*self.given, jax.ShapeDtypeStruct((), self.given[0].dtype)),
-                )
 
     def _await(self, begin: float) -> None:
         self.programs = {name: one.result() if isinstance(one, Future) else one for name, one in self.programs.items()}
@@ -176,16 +181,21 @@ class StagedGradient:
             self.times[name] = time.monotonic() - begin
         return out
 
-    def _make(self, pool: ThreadPoolExecutor, name: str, f: Callable[..., Flat], args: tuple[Any, ...]) -> Flat:
-        """Traces a program here and compiles it in the pool; the shapes of its results."""
+    def _make(
+        self, pool: ThreadPoolExecutor, name: str, f: Callable[..., Flat], args: tuple[Any, ...], kept: bool = True
+    ) -> Flat:
+        """Traces a program here and compiles it in the pool; the shapes of its results.
+
+        Args:
+            kept: on disk, if anything is.
+        """
         self.args[name], self.functions[name] = args, f
-        kept = self.identity
-        if kept is not None:
-            kept = f"{kept} {TUNE_CODE} {name} linear {self.linear}"
-            own = any(LOSSES.get(loss.name) is not loss for loss in self.terms.values() if name == loss_program(loss))
-            if own or code_digest(PACKAGE / "tune") != TUNE_CODE:  # code that the identity does not know
-                kept = None
-        program = traced(f, args, kept)
+        mark = None
+        if (
+            self.identity is not None and kept and code_digest(PACKAGE / "tune") == TUNE_CODE
+        ):  # else the identity does not know it
+            mark = f"{self.identity} {TUNE_CODE} {name} linear {self.linear}"
+        program = traced(f, args, mark)
         lowered = program.lower()
         self.programs[name] = pool.submit(lambda: lowered.compile(compiler_options=unrolled_options()))
         return dict(program.out_info)

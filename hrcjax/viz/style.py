@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 ZONE_COLOURS = ("#4daf7c", "#f2b632", "#d9534f", "#3b3b46")
 """Green, yellow, red, stop."""
@@ -57,9 +57,14 @@ def scale(axis: Axis, log: bool) -> None:
     axis.axes.set(**{f"{axis.axis_name}scale": "log" if log else "linear"})  # pyright: ignore[reportAttributeAccessIssue]
     low, high = axis.get_view_interval()
     if log and 0 < low < high < 100 * low:
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+        shown = np.outer(decades, (1.0, 2.0, 5.0)).ravel()
+        few = np.sum((shown >= low) & (shown <= high)) < 2
+        axis.set_major_locator(MaxNLocator(4) if few else LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(lambda value, _: f"{value:g}")
         axis.set_minor_formatter(NullFormatter())
+        if few:
+            axis.set_minor_locator(NullLocator())
 
 
 def tidy(axes: Axes) -> None:

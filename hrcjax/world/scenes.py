@@ -13,9 +13,9 @@ from hrcjax.world.scene import BOX, COLUMN, SPHERE, Scene
 
 CAPACITY = 16
 """Obstacles that a scene has room for."""
-ARM_ROOM = 0.15
+ARM_ROOM = 0.18
 """Room that random obstacles leave on both sides of an arm that stands at start or goal: its links lie up to 11 cm beside that line, with
-radii of 6 cm at most, and obstacles count with the circle about them [m]."""
+radii of 6 cm at most [m]."""
 TABLE = ((-1.1, -0.5), (1.1, 0.78))
 """Least and greatest x and y of the table's top [m]."""
 

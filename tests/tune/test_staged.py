@@ -185,9 +185,9 @@ def test_terms_are_programs_and_weights_are_not(monkeypatch: pytest.MonkeyPatch,
     made = []
     make = StagedGradient._make
 
-    def noted(self, pool, name, *rest):
+    def noted(self, pool, name, *rest, **options):
         made.append(name)
-        return make(self, pool, name, *rest)
+        return make(self, pool, name, *rest, **options)
 
     monkeypatch.setattr(StagedGradient, "_make", noted)
     both = tuple(Loss(name, "1", "", of) for name, of in (("sum", summed), ("square", lambda *a: summed(*a) ** 2)))
@@ -209,6 +209,30 @@ def test_terms_are_programs_and_weights_are_not(monkeypatch: pytest.MonkeyPatch,
     gradient.new_loss(replace(stages, weights=(1.0,)))
     np.testing.assert_allclose(gradient(vectors, world).gradient, first.gradient)
     assert made[-1] == "loss square"
+
+
+def test_a_loss_that_fails_changes_nothing(lines: SimpleNamespace) -> None:
+    cell = replace(CELL, field=FieldPart(lambda p, frames: jnp.sum(frames), lambda *args: None))
+    names = ("potential.a", "policy.b")
+
+    def broken(*args):
+        raise RuntimeError("broken")
+
+    one, bad = (Loss("sum", "1", "", of) for of in (summed, broken))
+    stages = Stages(cell, (one,), (1.0,), lambda v: Two(zip(names, v, strict=True)), names)
+    vectors, world = jnp.asarray([[2.0, 3.0]]), Small(*(jnp.asarray(x)[None] for x in ([0.3, 0.4], [1.0, 2.0], [0.0])))
+    gradient = StagedGradient(stages, vectors, world)
+    gradient.exact = exact = StagedGradient(stages, vectors, world, linear=False)
+    first = gradient(vectors, world)
+    for _ in range(2):  # and again: the failed one is not taken for finished
+        with pytest.raises(RuntimeError, match="broken"):
+            gradient.new_loss(replace(stages, losses=(bad,)))
+        np.testing.assert_array_equal(gradient(vectors, world).gradient, first.gradient)
+    with pytest.raises(ValueError, match="accepted is each name once"):
+        gradient.new_loss(replace(stages, losses=(one, bad), weights=(1.0, 1.0)))
+    gradient.new_loss(replace(stages, weights=(3.0,)))
+    np.testing.assert_allclose(gradient(vectors, world).gradient, 3 * first.gradient)
+    assert gradient.exact is exact and exact.stages.weights == (3.0,), "exact programs stay too"
 
 
 def test_a_planner_that_ignores_the_chosen_parameter(lines: SimpleNamespace) -> None:
