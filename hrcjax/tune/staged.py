@@ -187,14 +187,12 @@ class StagedGradient:
         """Traces a program here and compiles it in the pool; the shapes of its results.
 
         Args:
-            kept: on disk, if anything is.
+            kept: on disk, if anything is: not what the identity and the code of this package do not tell.
         """
         self.args[name], self.functions[name] = args, f
-        mark = None
-        if (
-            self.identity is not None and kept and code_digest(PACKAGE / "tune") == TUNE_CODE
-        ):  # else the identity does not know it
-            mark = f"{self.identity} {TUNE_CODE} {name} linear {self.linear}"
+        known = code_digest(PACKAGE / "tune") == TUNE_CODE  # else it was edited since the start
+        kept = kept and known and self.identity is not None
+        mark = f"{self.identity} {TUNE_CODE} {name} linear {self.linear}" if kept else None
         program = traced(f, args, mark)
         lowered = program.lower()
         self.programs[name] = pool.submit(lambda: lowered.compile(compiler_options=unrolled_options()))
