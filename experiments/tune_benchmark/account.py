@@ -2,7 +2,7 @@
 
 import hashlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,15 @@ from .slopes import Slopes
 
 SPARE = 1e-6
 """Rounding of sums of costs [forward episodes]."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of all training worlds."""
+
+    vectors: NDArray
+    gradient: bool = False
+    """Loss and gradient, or every metric."""
 
 
 @dataclass
@@ -37,6 +46,29 @@ class Race:
         """Training worlds."""
         return len(self.problem.training)
 
+    def answer(self, questions: Sequence[Question]) -> list[dict[str, Any]]:
+        """Arrays of every question, and its share of the time of their common calls as "seconds" [s]."""
+        found: list[dict[str, Any]] = [{}] * len(questions)
+        for gradient in (False, True):
+            places = [k for k, question in enumerate(questions) if question.gradient == gradient]
+            if not places:
+                continue
+            vectors = np.concatenate([questions[k].vectors for k in places])
+            _ = (self.slopes if gradient else self.forward).compile_s  # compiled before the clock starts
+            begin = time.monotonic()
+            if gradient:
+                loss, slope = self.slopes.call(vectors)
+                arrays: Mapping[str, NDArray] = {"loss": loss, "gradient": slope}
+            else:
+                arrays = self.forward.measured(vectors, self.problem.training)
+            each_s, first = (time.monotonic() - begin) / len(vectors), 0
+            for k in places:
+                end = first + len(questions[k].vectors)
+                found[k] = {name: value[first:end] for name, value in arrays.items()}
+                found[k]["seconds"] = each_s * (end - first)
+                first = end
+        return found
+
 
 @dataclass
 class Account:
@@ -47,6 +79,8 @@ class Account:
     """Unique in the run, such as "random-0"."""
     budget: float
     """[forward episodes]."""
+    ask: Callable[[Question], dict[str, Any]] | None = None
+    """Answers together with the questions of other accounts; None: at once."""
     reserve: float = 0.0
     """Part of the budget that the search leaves for the choice at the end [forward episodes]."""
     spent: float = 0.0
@@ -71,20 +105,18 @@ class Account:
     def _price(self, gradient: bool) -> float:
         return self.race.worlds * (self.race.ratio if gradient else 1.0)
 
-    def _charged(self, kind: str, vectors: NDArray, gradient: bool, make: Callable[[], dict[str, Any]]) -> Case:
+    def asked(self, question: Question) -> dict[str, Any]:
+        """Arrays of a question."""
+        return self.ask(question) if self.ask else self.race.answer([question])[0]
+
+    def _charged(self, kind: str, vectors: NDArray, gradient: bool) -> Case:
         """A batch from the store, or computed and stored; its cost is added."""
         cost = len(vectors) * self._price(gradient)
         if len(vectors) > self.affordable(gradient):
             raise ValueError(f"{self.name}: {len(vectors)} settings cost more than is left of its budget")
-
-        def work() -> dict[str, Any]:
-            _ = (self.race.slopes if gradient else self.race.forward).compile_s  # compiled before the clock starts
-            begin = time.monotonic()
-            found = make()
-            return {**found, "seconds": time.monotonic() - begin}
-
         mark = hashlib.sha256(np.ascontiguousarray(vectors).tobytes()).hexdigest()[:12]
-        case, _ = self.race.store.take(f"{kind}/{self.name}-{self.batches:04d}-{mark}", work)
+        name = f"{kind}/{self.name}-{self.batches:04d}-{mark}"
+        case, _ = self.race.store.take(name, lambda: self.asked(Question(vectors, gradient)))
         self.batches += 1
         self.spent += cost
         self.seconds += float(case["seconds"])
@@ -99,10 +131,7 @@ class Account:
 
     def evaluate(self, vectors: NDArray) -> tuple[NDArray, NDArray]:
         """True training score and smooth loss (setting,); minus infinity and infinity where not finite."""
-        race = self.race
-        case = self._charged(
-            "forward", vectors, False, lambda: dict(race.forward.measured(vectors, race.problem.training))
-        )
+        case = self._charged("forward", vectors, False)
         scores, losses = true_scores(case), np.asarray(case["loss"], float).mean(axis=1)
         losses = np.where(np.isfinite(losses), losses, np.inf)
         self._note(vectors, losses, scores)
@@ -110,11 +139,6 @@ class Account:
 
     def gradients(self, vectors: NDArray) -> tuple[NDArray, NDArray]:
         """Smooth loss (setting,) and its gradient (setting, parameter), means over all training worlds; not finite where they are."""
-
-        def make() -> dict[str, Any]:
-            loss, gradient = self.race.slopes.call(vectors)
-            return {"loss": loss, "gradient": gradient}
-
-        case = self._charged("gradient", vectors, True, make)
+        case = self._charged("gradient", vectors, True)
         self._note(vectors, case["loss"], np.full(len(vectors), np.nan))
         return case["loss"], case["gradient"]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from .account import Account
+from .account import Account, Question
 from .forward import true_scores
 
 TRACED = 10
@@ -66,9 +66,8 @@ def scored_way(account: Account, searched: int, chosen: float) -> tuple[NDArray,
         if not len(better):
             return np.array([account.spent]), np.array([chosen])
         some = better[np.unique(np.linspace(0, len(better) - 1, TRACED).round().astype(int))]
-        race = account.race
         vectors = np.stack([account.vectors[k] for k in some])
-        case, _ = race.store.take(f"way/{account.name}", lambda: race.forward.measured(vectors, race.problem.training))
+        case, _ = account.race.store.take(f"way/{account.name}", lambda: account.asked(Question(vectors)))
         after, scores = after[some], true_scores(case)
     after, scores = np.append(after, account.spent), np.append(scores, chosen)
     return after, np.maximum.accumulate(scores)

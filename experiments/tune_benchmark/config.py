@@ -16,7 +16,7 @@ DESCRIPTION = """Race methods that tune parameters through the closed loop, each
   sweep          the default grid of experiments.sweep over K_att, K_rep and zeta alone
 
 Compute is counted in forward episodes; the gradient of one counts as often as it takes longer, measured in the same run. random,
-cma_es and sweep optimise the true score. Every batch is stored as it comes: an interrupted run is resumed by the same command.
+cma_es and sweep optimise the true score. The seeds of a method run side by side and share calls. Every batch is stored as it comes: an interrupted run is resumed by the same command.
 
 Examples:
 
@@ -89,7 +89,7 @@ class TuneBenchmarkConfig:
     population: int = 0
     """Settings in a generation of CMA-ES; 0: its own rule, 4 + 3 ln(parameters)."""
     at_once: int = 32
-    """Settings in one call of the forward program, in one world; fewer are filled up."""
+    """Settings in one call of the forward program, in one world, of all seeds of a method together; fewer are filled up."""
     seed: int = 0
     """Seed of the intervals."""
     quick: bool = False

@@ -1,4 +1,4 @@
-"""Several runs of an optimiser that asks for one point at a time, side by side: their questions are answered in batches.
+"""Several runs that ask for one thing at a time, side by side: their questions are answered in batches.
 
 Every run is a thread. A round waits until each has asked or ended, so that the batches, and all results, are the same every time.
 """
@@ -8,12 +8,8 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-Answer = tuple[float, NDArray]
-"""Value and gradient."""
-Ask = Callable[[NDArray], Answer]
+Ask = Callable[[Any], Any]
+"""Of a question, its answer."""
 
 
 class Ended(Exception):
@@ -23,7 +19,7 @@ class Ended(Exception):
 class _Run:
     def __init__(self, work: Callable[[Ask], None]) -> None:
         self.asked: queue.Queue[Any] = queue.Queue()
-        self.answers: queue.Queue[Answer | None] = queue.Queue()
+        self.answers: queue.Queue[Any] = queue.Queue()
         self.error: BaseException | None = None
         self.thread = threading.Thread(target=self._play, args=(work,), daemon=True)
         self.thread.start()
@@ -38,8 +34,8 @@ class _Run:
         finally:
             self.asked.put(None)
 
-    def _ask(self, x: NDArray) -> Answer:
-        self.asked.put(np.array(x, float))
+    def _ask(self, question: Any) -> Any:
+        self.asked.put(question)
         answer = self.answers.get()
         if answer is None:
             raise Ended
@@ -48,30 +44,26 @@ class _Run:
 
 def in_lockstep(
     works: Sequence[Callable[[Ask], None]],
-    answer: Callable[[NDArray], tuple[NDArray, NDArray]],
-    affordable: Callable[[], int],
+    answer: Callable[[list[Any]], Sequence[Any]],
 ) -> None:
-    """Plays all runs until they end or nothing more is affordable; the first ones are answered where not all can be.
+    """Plays all runs until they end or are not answered.
 
     Args:
-        works: each asks for points until it returns; `Ended` passes through it.
-        answer: values (point,) and gradients (point, parameter) of points.
-        affordable: number of points that can still be answered.
+        works: each asks until it returns; `Ended` passes through it.
+        answer: the answers of questions, none of them None; if there are fewer, those of the first, and the other runs are ended.
     """
     runs = [_Run(work) for work in works]
     try:
         waiting = list(runs)
         while waiting:
-            asked = [(run, x) for run in waiting if (x := run.asked.get()) is not None]
+            asked = [(run, question) for run in waiting if (question := run.asked.get()) is not None]
             for run in waiting:
                 if run.error is not None:
                     raise run.error
-            count = min(len(asked), affordable())
-            if count:
-                values, slopes = answer(np.stack([x for _, x in asked[:count]]))
-                for k, (run, _) in enumerate(asked[:count]):
-                    run.answers.put((float(values[k]), slopes[k]))
-            waiting = [run for run, _ in asked[:count]]
+            answers = answer([question for _, question in asked]) if asked else ()
+            waiting = [run for (run, _), _ in zip(asked, answers, strict=False)]
+            for run, found in zip(waiting, answers, strict=True):
+                run.answers.put(found)
     finally:
         for run in runs:
             run.answers.put(None)

@@ -1,4 +1,4 @@
-"""Runs one method with one seed, from its budget to its choice; finished ones are read from the store."""
+"""Runs one method with all its seeds side by side, from its budget to its choices; finished ones are read from the store."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from .cma_es import cma_es
 from .config import BY_GRADIENT, SMOOTH, TuneBenchmarkConfig
 from .gradient import gradient
 from .grid_sweep import grid_sweep
+from .lockstep import Ask, in_lockstep
 from .quasi_newton import quasi_newton
 from .random_search import random_search
 
@@ -54,17 +55,37 @@ def by_loss(method: str) -> bool:
     return method in BY_GRADIENT or method in SMOOTH.values()
 
 
-def played(race: Race, config: TuneBenchmarkConfig, method: str, seed: int, budget: float, grid: NDArray) -> Entry:
-    """A method with a seed.
+def seeds_of(config: TuneBenchmarkConfig, method: str) -> tuple[int, ...]:
+    """The seeds that a method runs with."""
+    return config.seeds_of_methods[:1] if method in ONE_SEED else config.seeds_of_methods
+
+
+def played(race: Race, config: TuneBenchmarkConfig, method: str, budget: float, grid: NDArray) -> list[Entry]:
+    """A method with each of its seeds, side by side: they share the calls of the programs.
 
     Args:
-        budget: of it [forward episodes].
+        budget: of each seed [forward episodes].
         grid: settings of the sweep.
     """
+    seeds, entries = seeds_of(config, method), {}
+
+    def work(seed: int) -> Callable[[Ask], None]:
+        def play(ask: Ask) -> None:
+            entries[seed] = _one(race, ask, config, method, seed, budget, grid)
+
+        return play
+
+    in_lockstep([work(seed) for seed in seeds], race.answer)
+    return [entries[seed] for seed in seeds]
+
+
+def _one(
+    race: Race, ask: Ask, config: TuneBenchmarkConfig, method: str, seed: int, budget: float, grid: NDArray
+) -> Entry:
     name, start = f"{method}-{seed}", race.problem.chosen.start()
     done = race.store.get(f"done/{name}")
     if done is None:
-        account = Account(race, name, budget)
+        account = Account(race, name, budget, ask)
         if method in BY_GRADIENT:
             account.reserve = float(min(config.choices * race.worlds, budget))
         if method == "defaults":

@@ -31,8 +31,9 @@ is measured by them.
 | held out | {held_names} |
 
 **Compute** is counted in forward episodes. Every method has up to {budget:.0f} of them for each of its seeds ({seeds}), the sweep {sweep:.0f} once, and the
-defaults none. {ratio} Whatever a method looks at counts, its choice at the end too. Wall time is that of its batches; compilation is apart. Forward
-calls have room for {at_once} settings, and a method that asks for fewer pays the whole call in wall time, not in episodes.
+defaults none. {ratio} Whatever a method looks at counts, its choice at the end too. Wall time is the mean over seeds, compilation apart. The
+seeds of a method run side by side and share calls and their time. Forward calls have room for {at_once} settings; a call that is not
+full costs as much wall time, but fewer episodes.
 
 **Methods.** All but the sweep know the defaults. `gradient`: Adam with a rate of {rate:g} on the smooth loss
 `{loss}`, each step in all training worlds; starts: {starts}. `quasi_newton`: L-BFGS-B of SciPy on the same loss from the same starts, again from new ones

@@ -8,9 +8,11 @@ from scipy.optimize import minimize
 
 from .account import Account
 from .config import TuneBenchmarkConfig
-from .lockstep import Answer, Ask, in_lockstep
+from .lockstep import Ask, in_lockstep
 from .starts import starting
 
+Answer = tuple[float, NDArray]
+"""Value and gradient."""
 REACH = 6.0
 """Largest coordinate where there are two bounds: 0.25 % of the range is left; beyond, no loss feels the coordinate [1]."""
 
@@ -28,7 +30,7 @@ def quasi_newton(account: Account, config: TuneBenchmarkConfig, seed: int) -> No
     def runs(k: int):
         def work(ask: Ask) -> None:
             def finite(x: NDArray) -> Answer:
-                value, slope = ask(x)
+                value, slope = ask(np.array(x, float))
                 if not (np.isfinite(value) and np.isfinite(slope).all()):
                     raise _NotFinite
                 return value, slope
@@ -44,4 +46,11 @@ def quasi_newton(account: Account, config: TuneBenchmarkConfig, seed: int) -> No
 
         return work
 
-    in_lockstep([runs(k) for k in range(config.starts)], account.gradients, lambda: account.affordable(gradient=True))
+    def answer(points: list[NDArray]) -> list[Answer]:
+        count = min(len(points), account.affordable(gradient=True))
+        if not count:
+            return []
+        values, slopes = account.gradients(np.stack(points[:count]))
+        return [(float(value), slope) for value, slope in zip(values, slopes, strict=True)]
+
+    in_lockstep([runs(k) for k in range(config.starts)], answer)

@@ -3,6 +3,7 @@
 import math
 import shlex
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -34,7 +35,7 @@ from .config import BY_GRADIENT, METHODS, TuneBenchmarkConfig
 from .forward import Forward
 from .grid_sweep import grid_settings, grid_vectors
 from .kinds import kinds
-from .methods import ONE_SEED, Entry, played
+from .methods import ONE_SEED, Entry, played, seeds_of
 from .page import page
 from .problem import SCORE, Build, race_problem, refuse_yardsticks, tune_config
 from .results import Found, rows, table, verdicts
@@ -110,7 +111,8 @@ def run(config: TuneBenchmarkConfig, build: Build = race_problem, argv: Sequence
         file=sys.stderr, flush=True,
     )  # fmt: skip
     problem = build(tuning, named)
-    forward, slopes = Forward(problem, config.at_once), Slopes(problem, tuning)
+    forward = Forward(problem, config.at_once)
+    slopes = Slopes(problem, tuning, config.starts * len(config.seeds_of_methods))
     costs = _costs(config, store, forward, slopes)
     race = Race(problem, forward, slopes, store, config.ratio or costs.get("ratio", 1.0))
     entries = _races(config, race, budget, grid_vectors(grid, chosen))
@@ -135,27 +137,28 @@ def _costs(config: TuneBenchmarkConfig, store: RunStore, forward: Forward, slope
 
 def _races(config: TuneBenchmarkConfig, race: Race, budget: float, grid: NDArray) -> dict[str, list[Entry]]:
     """All methods with all seeds."""
-    plan = [
-        (method, seed, float(race.worlds * (len(grid) if method == "sweep" else 1)) if method in ONE_SEED else budget)
+    plan = {
+        method: float(race.worlds * (len(grid) if method == "sweep" else 1)) if method in ONE_SEED else budget
         for method in config.raced
-        for seed in (config.seeds_of_methods[:1] if method in ONE_SEED else config.seeds_of_methods)
-    ]
+    }
     entries: dict[str, list[Entry]] = {}
-    total, told = round(sum(cost for *_, cost in plan)), [0.0]
+    total, told = round(sum(cost * len(seeds_of(config, method)) for method, cost in plan.items())), [0.0]
+    one_at_a_time = threading.Lock()
     with Progress(total, unit="episode") as progress:
 
         def advance(cost: float, seconds: float, note: str) -> None:
-            whole = min(round(told[0] + cost), total) - round(told[0])
-            told[0] += cost
-            progress.advance(whole, seconds, note)
+            with one_at_a_time:
+                whole = min(round(told[0] + cost), total) - round(told[0])
+                told[0] += cost
+                progress.advance(whole, seconds, note)
 
         race.advance = advance
-        for method, seed, cost in plan:
-            entry = played(race, config, method, seed, cost, grid)
-            entries.setdefault(method, []).append(entry)
-            progress.say(
-                f"{method}, seed {seed}: training score {entry.score:.2f} after {entry.spent:.0f} episodes, {duration(entry.seconds)}"
-            )
+        for method, cost in plan.items():
+            entries[method] = played(race, config, method, cost, grid)
+            for seed, entry in zip(seeds_of(config, method), entries[method], strict=True):
+                progress.say(
+                    f"{method}, seed {seed}: training score {entry.score:.2f} after {entry.spent:.0f} episodes, {duration(entry.seconds)}"
+                )
     return entries
 
 

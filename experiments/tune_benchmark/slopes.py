@@ -1,5 +1,6 @@
 """Losses and gradients over all training worlds, and how many forward episodes one of them counts as."""
 
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -20,20 +21,24 @@ CALLS = 3
 
 
 class Slopes:
-    """The gradient program of `experiments.tune`, for as many starts as it steps side by side."""
+    """The gradient program of `experiments.tune`, for as many settings as are asked for side by side."""
 
-    def __init__(self, problem: Problem, config: TuneConfig) -> None:
-        self.problem, self.starts = problem, config.starts
-        self.tuner = Tuner(problem, config)
+    def __init__(self, problem: Problem, config: TuneConfig, at_once: int) -> None:
+        self.problem, self.at_once = problem, at_once
+        self.tuner = Tuner(problem, replace(config, starts=at_once))
         self.worlds = stacked(list(problem.training.values()))
         self.dtype = jnp.result_type(float)
 
     def call(self, vectors: NDArray) -> tuple[NDArray, NDArray]:
-        """Loss (start,) and gradient (start, parameter) of at most `starts` settings."""
-        full = np.concatenate([vectors, np.repeat(vectors[:1], self.starts - len(vectors), axis=0)])
-        found = self.tuner.gradients(jnp.asarray(full, self.dtype), self.worlds)
-        loss, gradient = np.asarray(found.loss, float), np.asarray(found.gradient, float)
-        return loss[: len(vectors)], gradient[: len(vectors)]
+        """Loss (setting,) and gradient (setting, parameter), `at_once` in a call; the last one is filled up."""
+        losses, gradients = [], []
+        for first in range(0, len(vectors), self.at_once):
+            some = vectors[first : first + self.at_once]
+            full = np.concatenate([some, np.repeat(some[:1], self.at_once - len(some), axis=0)])
+            found = self.tuner.gradients(jnp.asarray(full, self.dtype), self.worlds)
+            losses.append(np.asarray(found.loss, float)[: len(some)])
+            gradients.append(np.asarray(found.gradient, float)[: len(some)])
+        return np.concatenate(losses), np.concatenate(gradients)
 
     @cached_property
     def compile_s(self) -> float:
@@ -49,8 +54,8 @@ class Slopes:
             ratio: of a gradient call over a forward call of the true metrics, of the same settings and worlds [1]; packed_ratio: the
             same over full calls of the forward program, for each episode [1]; times [s].
         """
-        problem, episodes = self.problem, self.starts * len(self.problem.training)
-        start = np.repeat(self.problem.chosen.start()[None], self.starts, axis=0)
+        problem, episodes = self.problem, self.at_once * len(self.problem.training)
+        start = np.repeat(self.problem.chosen.start()[None], self.at_once, axis=0)
 
         def over(vectors: Any, worlds: Any) -> Any:
             def each(vector: Any) -> Any:

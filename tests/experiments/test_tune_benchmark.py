@@ -15,7 +15,7 @@ pytest.importorskip("orbax.checkpoint")
 
 from experiments.tune.problem import Problem, named_cell, world_names
 from experiments.tune_benchmark import run as program
-from experiments.tune_benchmark.account import Account, Race
+from experiments.tune_benchmark.account import Account, Question, Race
 from experiments.tune_benchmark.choice import least_first
 from experiments.tune_benchmark.compare import difference, lost_worlds
 from experiments.tune_benchmark.config import METHODS, TuneBenchmarkConfig, parse
@@ -187,24 +187,24 @@ def test_a_killed_run_resumes_to_the_same(whole: Path, tmp_path: Path, monkeypat
     config = replace(
         CONFIG, out=tmp_path / "run", methods=("defaults", "gradient", "quasi_newton", "cma_es"), seeds_of_methods=(1,)
     )
-    charged, calls = Account._charged, []
+    charged, answer, calls = Account._charged, Race.answer, []
+    monkeypatch.setattr(Race, "answer", lambda self, asked: calls.extend(asked) or answer(self, asked))
     for last in ("quasi_newton-1", "cma_es-1"):
 
-        def killed(self, kind, vectors, gradient, make, last=last):
+        def killed(self, kind, vectors, gradient, last=last):
             if self.name == last and self.batches == 5:
                 raise KeyboardInterrupt
-            return charged(self, kind, vectors, gradient, lambda: calls.append(self.name) or make())
+            return charged(self, kind, vectors, gradient)
 
         monkeypatch.setattr(Account, "_charged", killed)
         with pytest.raises(KeyboardInterrupt):
             program.run(config, build)
-    counted = lambda self, kind, v, g, make: charged(self, kind, v, g, lambda: calls.append(self.name) or make())  # noqa: E731
-    monkeypatch.setattr(Account, "_charged", counted)
+    monkeypatch.setattr(Account, "_charged", charged)
     assert program.run(config, build) == 0
     resumed, once = ended(tmp_path / "run"), ended(whole / "run")
     same({name: resumed[name] for name in ("gradient-1", "quasi_newton-1", "cma_es-1")}, once)
     cases = {path.name for path in (tmp_path / "run/cases").iterdir()}
-    assert len(calls) == sum(name.startswith(("forward--", "gradient--")) for name in cases)
+    assert len(calls) == sum(name.startswith(("forward--", "gradient--", "way--")) for name in cases)
 
 
 def test_more_seeds_and_methods_go_on_in_the_same_folder(tmp_path: Path) -> None:
@@ -264,7 +264,7 @@ def race_of(tmp_path: Path) -> Race:
     tuning = tune_config(CONFIG, 2)
     problem = build(tuning, NAMED)
     store = RunStore(tmp_path / "store", "m", {}, False)
-    return Race(problem, Forward(problem, 4), Slopes(problem, tuning), store, 3.0)
+    return Race(problem, Forward(problem, 4), Slopes(problem, tuning, 2), store, 3.0)
 
 
 def test_an_account_counts_and_refuses(tmp_path: Path) -> None:
@@ -295,6 +295,24 @@ def test_an_account_counts_and_refuses(tmp_path: Path) -> None:
     np.testing.assert_allclose([reached.min(0), reached.max(0)], [[0.01, 1e-6, 1.5], [0.2, 1e-3, 5]], rtol=1e-4)
 
 
+def test_questions_share_calls(tmp_path: Path) -> None:
+    """Each gets what it would alone, whatever place it has in a call, and its share of the time; a call has room for 4 or 2."""
+    race, calls = race_of(tmp_path), []
+    forward, slopes = race.forward.call, race.slopes.tuner.gradients
+    race.forward.call = lambda v, w: calls.append(len(v)) or forward(v, w)
+    race.slopes.tuner.gradients = lambda v, w: calls.append(-len(v)) or slopes(v, w)
+    points = starting(race.problem, 3, 0, 6)
+    asked = [Question(points[:3]), Question(points[3:4], True), Question(points[3:]), Question(points[4:], True)]
+    race.forward.compile_s, race.slopes.compile_s = 0.0, 0.0
+    together = race.answer(asked)
+    assert calls == [4, 4, 2, 2, -2, -2], "two worlds; 6 metrics of settings, 3 gradients"
+    for one, question in zip(together, asked, strict=True):
+        alone = race.answer([question])[0]
+        assert one.pop("seconds") > 0 and alone.pop("seconds") > 0 and one.keys() == alone.keys()
+        for name, array in one.items():
+            np.testing.assert_array_equal(array, alone[name])
+
+
 def test_different_settings_of_least_loss_are_compared(tmp_path: Path) -> None:
     account = Account(race_of(tmp_path), "own", 1.0)
     account.vectors = [np.full(3, x) for x in (0.0, 1.0, 2.0, 1.0, 3.0, 4.0)]
@@ -314,25 +332,26 @@ def test_runs_in_lockstep_are_those_one_by_one() -> None:
 
         return play
 
-    def answer(points):
-        sizes.append(len(points))
-        t = np.stack([tilts[int(k)] for k in points[:, 2]])
-        return np.sum((points[:, :2] - t) ** 4, axis=1), 4 * (points[:, :2] - t) ** 3
+    def answer(points, most=1000):
+        some = points[: most - sum(sizes)]
+        sizes.append(len(some))
+        apart = [p[:2] - tilts[int(p[2])] for p in some]
+        return [(np.sum(a**4), 4 * a**3) for a in apart]
 
-    in_lockstep([work(k) for k in range(3)], answer, lambda: 1000)
+    in_lockstep([work(k) for k in range(3)], answer)
     assert sizes[0] == 3 and sum(sizes) == sum(one.nfev for one in alone)
     for k, one in enumerate(alone):
         np.testing.assert_array_equal(found[k].x, one.x)
 
     sizes.clear()
-    in_lockstep([work(k) for k in range(3)], answer, lambda: 7 - sum(sizes))
-    assert sizes == [3, 3, 1]
+    in_lockstep([work(k) for k in range(3)], lambda points: answer(points, 7))
+    assert sizes == [3, 3, 1, 0]
 
     def wrong(ask):
         raise RuntimeError("own error")
 
     with pytest.raises(RuntimeError, match="own error"):
-        in_lockstep([work(0), wrong], answer, lambda: 1000)
+        in_lockstep([work(0), wrong], answer)
 
 
 def test_intervals() -> None:
