@@ -79,3 +79,9 @@ def test_what_the_knobs_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 def test_tune_by_gradient() -> None:
     pytest.importorskip("optax")
     assert images_of("04_tune_by_gradient.py") == 3
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("HRCJAX_ALL" not in os.environ, reason="minutes of compilation: HRCJAX_ALL=1 runs it")
+def test_a_reach_past_an_arm() -> None:
+    assert images_of("06_a_reach_past_an_arm.py") == 5
