@@ -1,6 +1,6 @@
 """What a run found, as numbers: rows of the section, the table, and who wins."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +65,7 @@ def rows(found: Found) -> dict[str, dict[str, Any]]:
             if name in metrics:
                 made[f"{method}_{name}"] = _row(mean(metrics[name]), *found.units[name])
         made[f"{method}_training_score"] = _row(np.mean([one.score for one in entries]), "points", "high")
+        made[f"{method}_choices"] = _row(choices(entries), "settings")
         made[f"{method}_episodes"] = _row(np.mean([one.spent for one in entries]), "forward episodes")
         made[f"{method}_wall_s"] = _row(np.mean([one.seconds for one in entries]), "s", "low")
         made[f"{method}_not_finite"] = _row(sum(one.not_finite for one in entries), "settings", "low")
@@ -102,6 +103,11 @@ def _apart(apart: Difference) -> str:
     return f"{apart.mean:+.2f}" + (f" ({apart.low:+.2f} to {apart.high:+.2f})" if np.isfinite(apart.low) else " (one world)")  # fmt: skip
 
 
+def choices(entries: Sequence[Entry]) -> int:
+    """Different settings that the seeds of a method ended with."""
+    return len({entry.vector.tobytes() for entry in entries})
+
+
 def table(found: Found) -> str:
     """As aligned text."""
     return aligned(cells(found), "<>")
@@ -113,6 +119,12 @@ def verdicts(found: Found) -> list[str]:
     said = [
         f"Highest mean score in the held-out worlds: {order[0]}, {known(found.scores[order[0]]).mean():.2f} points."
     ]
+    for method, entries in found.entries.items():
+        if choices(entries) < len(entries):
+            said.append(
+                f"{method}: its {len(entries)} seeds ended with {choices(entries)} different, as each has the defaults among its starts "
+                "or candidates; of their chance the intervals know no more."
+            )
     if REFERENCE not in found.scores:
         return said
     for one in (name for name in BY_GRADIENT if name in found.scores):

@@ -25,6 +25,7 @@ from experiments.tune_benchmark.kinds import kinds, lines, never
 from experiments.tune_benchmark.lockstep import in_lockstep
 from experiments.tune_benchmark.methods import Entry
 from experiments.tune_benchmark.problem import tune_config
+from experiments.tune_benchmark.results import Found, rows, verdicts
 from experiments.tune_benchmark.slopes import Slopes
 from experiments.tune_benchmark.starts import starting
 from hrcjax.lab.case_store import RunStore
@@ -371,6 +372,17 @@ def test_intervals() -> None:
     assert sure.high - sure.low < 1e-9 and unsure.high - unsure.low > 3 and unsure.word == "no difference shown"
     assert difference(np.array([[np.nan, 4.0]]), np.array([[2.0, 2.0]]), 0).mean == 0, "not finite counts as 0"
     assert np.isnan(difference(scores[:, :1], scores[:, :1], 0).low)
+
+
+def test_seeds_that_end_alike_are_named() -> None:
+    """Intervals over seeds say nothing of chance where all seeds ended with the same."""
+    entry = lambda x: Entry(np.full(2, x), 90.0, 10.0, 1.0, 3, 0, np.zeros((2, 1)))  # noqa: E731
+    scores = {"score_sound": np.array([[50.0, 60.0], [52.0, 63.0]])}
+    found = Found({"gradient": [entry(1.0), entry(1.0)], "random": [entry(1.0), entry(2.0)]}, {"gradient": scores, "random": scores},
+                  ["a", "b"], {}, {}, 10.0, 0)  # fmt: skip
+    said = [line for line in verdicts(found) if "different" in line]
+    assert len(said) == 1 and said[0].startswith("gradient: its 2 seeds ended with 1 different")
+    assert rows(found)["gradient_choices"]["value"] == 1 and rows(found)["random_choices"]["value"] == 2
 
 
 def test_lost_worlds_name_the_term() -> None:
