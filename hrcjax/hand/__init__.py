@@ -1,0 +1,36 @@
+"""Hands in an image: features of their landmarks, gestures, and commands by votes over frames."""
+
+from hrcjax.hand.classifier import Classifier, calibration_error
+from hrcjax.hand.commands import (
+    COMMANDS,
+    GO,
+    HOME,
+    NO_COMMAND,
+    POINT,
+    STOP,
+    CommandParams,
+    CommandRule,
+    CommandState,
+    frame_votes,
+    initial_commands,
+    update_commands,
+)
+from hrcjax.hand.features import extended_fingers, pair_distances, rule_gesture
+from hrcjax.hand.landmarks import (
+    BONES,
+    CLOSED,
+    FINGERS,
+    GESTURES,
+    LANDMARKS,
+    NONE,
+    OPEN,
+    PALM,
+    POINTING,
+    WRIST,
+)
+
+__all__ = [
+    "BONES", "CLOSED", "COMMANDS", "FINGERS", "GESTURES", "GO", "HOME", "LANDMARKS", "NONE", "NO_COMMAND", "OPEN", "PALM",
+    "POINT", "POINTING", "STOP", "WRIST", "Classifier", "CommandParams", "CommandRule", "CommandState", "calibration_error",
+    "extended_fingers", "frame_votes", "initial_commands", "pair_distances", "rule_gesture", "update_commands",
+]  # fmt: skip
