@@ -14,7 +14,7 @@ from hrcjax.sim.parts import Fields, Task
 from hrcjax.sim.route import Route, make_route
 from hrcjax.sim.sensing import Frames
 from hrcjax.sim.tick import Record, Sensed, TickState, initial_state, tick
-from hrcjax.typing import Array, Int, Joints
+from hrcjax.typing import Array, Bool, Int, Joints
 from hrcjax.world import first_obstacles
 
 
@@ -40,16 +40,19 @@ def plan_route(params: Params, cell: Cell, task: Task) -> tuple[PathResult, Rout
     return path, make_route(cell.arm, task.q_start, path)
 
 
-def episode(params: Params, cell: Cell, world: World, fields: Fields) -> Episode:
+def episode(
+    params: Params, cell: Cell, world: World, fields: Fields, stop: Bool[Array, "time"] | None = None
+) -> Episode:
     """Plan a path and follow it beside the person for `cell.ticks` control periods.
 
     Reverse mode stores one `TickState` per tick and recomputes each tick (`jax.checkpoint`).
 
     Args:
         fields: result of `cell.field.fit(params.field, world.frames)`, an argument so that a batch can share it.
+        stop: whether a command stops the arm, at every tick; None: commands are not read.
     """
     path, route = plan_route(params, cell, task_of(params, cell, world))
-    final, record = follow(params, cell, route, world.frames, world.q_start, fields)
+    final, record = follow(params, cell, route, world.frames, world.q_start, fields, stop)
     return Episode(path, record, final)
 
 
@@ -59,7 +62,13 @@ def pack_cameras(reasons: Int[Array, "*time camera"]) -> Int[Array, "*time"]:
 
 
 def follow(
-    params: Params, cell: Cell, route: Route, frames: Frames, q_start: Joints, fields: Fields
+    params: Params,
+    cell: Cell,
+    route: Route,
+    frames: Frames,
+    q_start: Joints,
+    fields: Fields,
+    stop: Bool[Array, "time"] | None = None,
 ) -> tuple[TickState, Record]:
     """Follow a path for `cell.ticks` control periods: the state after the last tick, and every tick.
 
@@ -68,6 +77,7 @@ def follow(
         frames: stamps and validity of the camera's frames.
         q_start: joint positions at the start [rad].
         fields: fitted to the points of the frames.
+        stop: whether a command stops the arm, at every tick; None: commands are not read.
     """
     exposed = jnp.asarray(cell.times - cell.latency, q_start.dtype)
     index, age = newest_frame(frames.stamp, frames.valid, exposed)
@@ -83,9 +93,9 @@ def follow(
     faults = pack_cameras(frames.reasons[latest])
     guarded = frames.guarded[index] | frames.guarded[latest]
     # The frame of each tick is gathered before the scan: inside, the derivative would touch all frames at every tick.
-    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, known, guarded, faults)
+    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, known, guarded, faults, stop)
 
-    def one(state: TickState, seen: tuple[Any, Array, Array, Array, Array]) -> tuple[TickState, Record]:
+    def one(state: TickState, seen: tuple[Any, Array, Array, Array, Array, Array | None]) -> tuple[TickState, Record]:
         moving, *rest = seen
         return tick(params, cell, route, Sensed(Fields(fields.static, moving), *rest), state)
 

@@ -11,7 +11,7 @@ from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import computed
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
-from hrcjax.safety import APPROACH_TOLERANCE, ClockState, guard, initial_clock, speed_scale
+from hrcjax.safety import APPROACH_TOLERANCE, STOP, ClockState, guard, initial_clock, speed_scale
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.contact import contact_mobility_rows
 from hrcjax.sim.govern import Rows, govern
@@ -26,11 +26,13 @@ NOT_FINITE_COMMAND = 1
 TORQUE_LIMITED = 2
 NOT_FINITE_TORQUE = 4
 NOT_FINITE_READING = 8
+STOP_COMMANDED = 16
 STATUS_WORDS = {
     NOT_FINITE_COMMAND: "command not finite",
     TORQUE_LIMITED: "torque limited",
     NOT_FINITE_TORQUE: "torque not finite",
     NOT_FINITE_READING: "reading of the person or speed limit not finite",
+    STOP_COMMANDED: "stopped by command",
 }
 """Bit of a tick's status -> text, for `hrcjax.bits.words`."""
 
@@ -59,6 +61,8 @@ class Sensed(eqx.Module):
     """True where a camera is missing, or somebody may be hidden: see `Frames.guarded`."""
     faults: Int[Array, ""]
     """What is wrong with the cameras, see `Record.cameras`."""
+    stop: Bool[Array, ""] | None = None
+    """Whether somebody's command stops the arm, as `hrcjax.hand.CommandState.stopped`; None: commands are not read."""
 
 
 class Record(eqx.Module):
@@ -112,7 +116,8 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
 
     Order: kinematics of the control points; field reading at each; safety monitor; path clock and command, by `cell.motion`: the
     motion policy, or the path as it is; the guards, which belong to no part: joint limits, speed governor, replacement of values
-    that are not finite, and a hold where a reading of the person or a limit of the monitor is not finite; joint servo.
+    that are not finite, and a hold where a reading of the person or a limit of the monitor is not finite, or a command says stop;
+    joint servo.
 
     Args:
         route: the reference motion of tool and joints.
@@ -134,6 +139,10 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
         towards_people.distance, approach, room.standing_distance, decision.speed_limit, decision.point_limit, any_limit
     )
     hold = decision.hold | unread
+    zone = decision.zone
+    if sensed.stop is not None:
+        hold = hold | sensed.stop
+        zone = jnp.where(sensed.stop, STOP, zone)
 
     limits = joint_limits(cell, q.dtype)
     arm = ArmMotion(q, qd, tool, body)
@@ -166,6 +175,7 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
             TORQUE_LIMITED: torque_limited,
             NOT_FINITE_TORQUE: torque_bad,
             NOT_FINITE_READING: unread,
+            **({} if sensed.stop is None else {STOP_COMMANDED: sensed.stop}),
         }
     )
     record = Record(
@@ -180,7 +190,7 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
         field_clearance=jnp.min(room.distance),
         approach=jnp.max(approach),
         speed_limit=decision.speed_limit,
-        zone=decision.zone,
+        zone=zone,
         reasons=decision.reasons,
         cameras=sensed.faults,
         status=status,
