@@ -12,11 +12,11 @@ import numpy as np
 
 from hrcjax.numerics import computed
 from hrcjax.plan.arm_optimise import Inner, damped_solve, no_longer
-from hrcjax.plan.contacts import Contacts, contacts
+from hrcjax.plan.contacts import SURFACES, Contacts, contacts, frames_along, pair_gaps, sphere_centers
 from hrcjax.plan.hinge import hinge
 from hrcjax.plan.joint_spline import spline_matrix
 from hrcjax.plan.link_model import LinkModel
-from hrcjax.plan.rounded_boxes import RoundedBoxes
+from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance
 from hrcjax.typing import Array, Float, Joints, Scalar
 
 
@@ -61,18 +61,15 @@ def problem(
     """A problem with the gaps at its ends."""
     near, pairs = contacts(model, jnp.stack([start, goal]), solids)
     # a sphere may be nearest to other obstacles at the ends: the least of all that it sees is what it may keep
-    links = model.radii.shape[0]
-    surfaces = near.gap.shape[0] // links
     asked = []
-    for ends, gap in ((_least_of_sphere(near.gap, links), params.gap), (pairs.gap, params.self_gap)):
+    for ends, gap in ((_least_of_sphere(near.gap, len(model.radii)), params.gap), (pairs.gap, params.self_gap)):
         asked.append(jnp.concatenate([jnp.full((ends.shape[0], 1), gap, ends.dtype), ends - params.margin], axis=1))
-    del surfaces
     return Problem(start, goal, solids, (asked[0], asked[1]))
 
 
 def _least_of_sphere(gap: Float[Array, "contact two"], spheres: int) -> Float[Array, "contact two"]:
     """For every contact the least gap of its sphere among those with obstacles."""
-    count = gap.shape[0] // spheres
+    count = SURFACES
     least = jnp.min(gap[: count * spheres].reshape(count, spheres, -1), axis=0)
     return jnp.concatenate([jnp.tile(least, (count, 1)), gap[count * spheres :]])
 
@@ -211,3 +208,24 @@ def shortened(
         return inner + no_longer(move, params.move_max), None
 
     return jax.lax.scan(step, inner, stiffness)[0]
+
+
+def guess_cost(
+    model: LinkModel, params: ShortestParams, at: Problem, inner: Inner, samples: int, share: Scalar
+) -> Float[Array, ""]:
+    """Length and penalties of a guess, without the opening at the ends: to choose the best of many [rad].
+
+    Args:
+        share: of the stiffness [1].
+    """
+    q = configurations(at, inner, samples)
+    frames = frames_along(model, q)
+    x = sphere_centers(model, frames)
+    free = least_distance(at.solids, x) - jnp.asarray(model.radii, q.dtype)[:, None]
+    if model.floor is not None:
+        over = x[2] - jnp.asarray(model.radii + model.floor, q.dtype)[:, None]
+        free = jnp.where(jnp.asarray(model.sphere_links > 0)[:, None], jnp.minimum(free, over), free)
+    missed = jnp.sum(jnp.maximum(params.gap - free, 0) ** 2)
+    missed = missed + jnp.sum(jnp.maximum(params.self_gap - pair_gaps(model, frames)[0], 0) ** 2)
+    length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1)))
+    return length + share * params.penalty / (2 * samples) * missed
