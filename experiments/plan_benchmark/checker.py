@@ -45,14 +45,21 @@ class Checker:
         self.arm = arm
         pairs = tuple(self_pairs(arm, TIGHT))
         self._exact = jax.jit(jax.vmap(partial(_configuration_free, arm, pairs)))
-        self._sieve = jax.jit(jax.vmap(partial(_surely_free, link_model(arm, INFLATION, 0.0, TIGHT)))) if sieve else None
+        self._sieve = (
+            jax.jit(partial(_surely_free, link_model(arm, INFLATION, 0.0, TIGHT))) if sieve else None
+        )
 
     def warm(self, problems: Problems) -> None:
         """Compiles."""
         for f in (self._sieve, self._exact):
             if f is not None:
                 for count in CHUNKS:
-                    self._chunked(f, problems, np.zeros(count, int), np.resize(problems.start[0], (count, problems.start.shape[1])))
+                    self._chunked(
+                        f,
+                        problems,
+                        np.zeros(count, int),
+                        np.resize(problems.start[0], (count, problems.start.shape[1])),
+                    )
 
     def _chunked(self, f: Callable[..., jax.Array], problems: Problems, problem: NDArray, q: NDArray) -> NDArray:
         ok = np.zeros(len(q), bool)
@@ -65,9 +72,7 @@ class Checker:
             ok[rows] = np.asarray(f(np.float32(q[padded]), problems.solids(problem[padded])))[: len(rows)]
         return ok
 
-    def configurations_free(
-        self, problems: Problems, problem: NDArray, q: NDArray, exact: bool = True
-    ) -> NDArray:
+    def configurations_free(self, problems: Problems, problem: NDArray, q: NDArray, exact: bool = True) -> NDArray:
         """Whether each configuration is free among the obstacles of its problem, and within the joints' ranges.
 
         Args:
@@ -93,17 +98,18 @@ class Checker:
 
 
 def _surely_free(model: LinkModel, q: jax.Array, solids: RoundedBoxes) -> jax.Array:
-    frames = frames_along(model, q[None])
+    """Whether the spheres of each configuration are free among its obstacles; configurations are the last axis within."""
+    frames = frames_along(model, q)
     x = sphere_centers(model, frames)
     radii = jnp.asarray(model.radii, q.dtype)[:, None]
-    away = jnp.all(least_distance(solids, x) > radii)
+    last = jax.tree.map(lambda a: jnp.moveaxis(a, 0, -1), solids)
+    away = jnp.all(least_distance(last, x) > radii, axis=0)
     high = jnp.asarray(model.sphere_links > 0)[:, None]
-    return away & jnp.all((x[2] > radii) | ~high) & jnp.all(pair_gaps(model, frames)[0] > 0)
+    above = jnp.all((x[2] > radii) | ~high, axis=0)
+    return away & above & jnp.all(pair_gaps(model, frames)[0] > 0, axis=0)
 
 
-def _configuration_free(
-    arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, solids: RoundedBoxes
-) -> jax.Array:
+def _configuration_free(arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, solids: RoundedBoxes) -> jax.Array:
     capsules = arm_capsules(arm, q)
     links = np.asarray(arm.capsule_links)
     moving = np.flatnonzero(links >= 0)

@@ -82,7 +82,12 @@ def read_problems(path: Path, count: int) -> Problems:
     )  # fmt: skip
     if not 0 <= count <= len(every):
         raise UsageError(f"--count {count}: {path} holds {len(every)} problems; 0 takes all")
-    return every.taken(np.linspace(0, len(every) - 1, count).astype(int)) if count else every
+    return every.taken(drawn_evenly(len(every), count)) if count else every
+
+
+def drawn_evenly(every: int, count: int) -> NDArray:
+    """Indices of `count` out of `every`, spread evenly."""
+    return np.linspace(0, every - 1, count).astype(int)
 
 
 def thin_arm() -> Arm:

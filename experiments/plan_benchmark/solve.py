@@ -32,7 +32,7 @@ FIRST = 0.03
 """Share of the stiffness in the first call's first step."""
 HOPELESS = 0.06
 """A path that misses its distances by more after the first call is given up [m]."""
-ROUNDS = ((1, 1), (32, 2), (96, 4), (192, 8), (384, 16))
+ROUNDS = ((1, 1), (32, 2), (96, 4), (192, 8), (384, 16), (1024, 32))
 """Guesses drawn for each problem, and those of least cost that are optimised, round by round."""
 DRAWN, DRAWN_SAMPLES = 64, 32
 """Guesses whose cost is computed at once, and configurations at which it is."""
@@ -62,6 +62,7 @@ class Solved:
     guided_seconds: float = 0.0
     """Time with the roadmaps' guesses."""
     compile_seconds: float = 0.0
+    """Of the optimiser, which takes longest to."""
     log: list[str] = field(default_factory=list)
 
 
@@ -90,7 +91,9 @@ class Program:
         rows = jax.vmap(one, in_axes=(0, None, None, *([0] * len(self.arrays))))
         inner = jnp.zeros((ROWS, CONTROL - 2, model.arm.chain.size), jnp.float32)
         asked = (inner, self._numbers(WIDE), jnp.float32(FIRST), *(x[np.zeros(ROWS, int)] for x in self.arrays))
+        begin = time.perf_counter()
         self.compiled = jax.jit(rows, compiler_options=options()).lower(*asked).compile()
+        self.compile_seconds = time.perf_counter() - begin
 
         def cost(inner: jax.Array, *arrays: jax.Array) -> jax.Array:
             start, goal, center, half, radius, *rotation = arrays
@@ -154,18 +157,23 @@ class Solver:
         self.solved = Solved([None] * count, np.full(count, -1))
         self.possible = np.ones(count, bool)
         self.best: dict[int, NDArray] = {}  # control points of the accepted paths
-        begin = time.perf_counter()
         checker.warm(problems)
         self.program = Program(model, problems)
-        self.solved.compile_seconds = time.perf_counter() - begin
+        self.solved.compile_seconds = self.program.compile_seconds
 
-    def _accept(self, stage: int, which: NDArray, inner: NDArray, paths: NDArray, length: NDArray, gap: NDArray) -> None:
+    def _accept(
+        self, stage: int, which: NDArray, inner: NDArray, paths: NDArray, length: NDArray, gap: NDArray
+    ) -> None:
         """Takes the shortest free path of each problem; paths are checked in order of their length, until one is free."""
         left = {int(k): [] for k in which}
         for row in np.argsort(length):
             k = int(which[row])
             old = self.solved.paths[k]
-            if gap[row] > -0.004 and np.isfinite(paths[row]).all() and (old is None or length[row] < joint_length(old) - 1e-4):
+            if (
+                gap[row] > -0.004
+                and np.isfinite(paths[row]).all()
+                and (old is None or length[row] < joint_length(old) - 1e-4)
+            ):
                 left[k].append(row)
         while rows := [queue.pop(0) for queue in left.values() if queue]:
             free = self.checker.free(self.problems, which[rows], [np.asarray(paths[row], float) for row in rows])
@@ -244,6 +252,7 @@ class Solver:
         for k in left:
             start, goal = self.problems.start[k], self.problems.goal[k]
             for samples, exact in ((1000, False), (2000, True), (6000, True)):
+
                 def free(q: NDArray, k: int = k, exact: bool = exact) -> NDArray:
                     return self.checker.configurations_free(self.problems, np.full(len(q), k), q, exact)
 
@@ -257,7 +266,9 @@ class Solver:
             self.tighten(GUIDED, [k])
             best = min(lines, key=joint_length)
             old = self.solved.paths[k]
-            if (old is None or joint_length(best) < joint_length(old)) and self.checker.free(self.problems, [k], [best])[0]:
+            if (old is None or joint_length(best) < joint_length(old)) and self.checker.free(
+                self.problems, [k], [best]
+            )[0]:
                 self.solved.paths[k], self.solved.stage[k] = best, GUIDED
         if left:
             done = sum(self.solved.stage[k] >= 0 for k in left)

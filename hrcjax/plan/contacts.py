@@ -145,9 +145,7 @@ def contacts(model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedB
 
     def slope(normal: list[Array], place: list[Array], moved: np.ndarray) -> Array:
         turning = computed(_cross(place, normal))
-        by_joint = [
-            sum(z[k][None] * turning[k][:, None] + moment[k][None] * normal[k][:, None] for k in range(3))
-        ][0]
+        by_joint = [sum(z[k][None] * turning[k][:, None] + moment[k][None] * normal[k][:, None] for k in range(3))][0]
         return jnp.where(jnp.asarray(moved)[..., None], by_joint, 0)
 
     gap, normal, place, links = obstacle_gaps(model, frames, solids)

@@ -5,6 +5,7 @@ NumPy, one problem at a time; configurations are checked many at once.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,9 @@ FreeFn = Callable[[NDArray], NDArray]
 """(configuration joint) -> whether each is free."""
 
 
-def spread_samples(start: NDArray, goal: NDArray, low: NDArray, high: NDArray, count: int, rng: np.random.Generator) -> NDArray:
+def spread_samples(
+    start: NDArray, goal: NDArray, low: NDArray, high: NDArray, count: int, rng: np.random.Generator
+) -> NDArray:
     """Random configurations: half normal around the straight line, with deviations of 0.3 to 2 rad, half uniform in the box of
     its ends grown by 2 rad, all within the ranges, (count joint) [rad]."""
     near = count // 2
@@ -29,7 +32,7 @@ def spread_samples(start: NDArray, goal: NDArray, low: NDArray, high: NDArray, c
 def subdivided(line: NDArray, step: float) -> NDArray:
     """A broken line with steps of at most `step` in any joint, its corners among them, (configuration joint) [rad]."""
     parts = [line[:1]]
-    for a, b in zip(line[:-1], line[1:], strict=True):
+    for a, b in pairwise(line):
         count = max(int(np.ceil(np.abs(b - a).max() / step)), 1)
         parts.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
     return np.concatenate(parts)
@@ -77,7 +80,9 @@ def roadmap_lines(
     distance, index = cKDTree(nodes).query(nodes, around)
     first = np.repeat(np.arange(count), around - 1)
     second, weight = index[:, 1:].reshape(-1), distance[:, 1:].reshape(-1)
-    edges = {(min(i, j), max(i, j)): w for i, j, w in zip(first.tolist(), second.tolist(), weight.tolist(), strict=True)}
+    edges = {
+        (min(i, j), max(i, j)): w for i, j, w in zip(first.tolist(), second.tolist(), weight.tolist(), strict=True)
+    }
     checked: set[tuple[int, int]] = set()
     found: list[NDArray] = []
     for _ in range(rounds):

@@ -79,9 +79,7 @@ def least_distance(solids: RoundedBoxes, x: list[Float[Array, "*points"]]) -> Fl
     return least
 
 
-def nearest_obstacles(
-    solids: RoundedBoxes, x: list[Float[Array, "point sample"]], count: int
-) -> Nearest:
+def nearest_obstacles(solids: RoundedBoxes, x: list[Float[Array, "point sample"]], count: int) -> Nearest:
     """The obstacles nearest to each point, with normals.
 
     The lowest bits of a distance carry the number of its obstacle, so that one pass finds both; the distance itself is computed
@@ -111,7 +109,9 @@ def nearest_obstacles(
             picked = jnp.where(chosen == box, values[box], picked)
         return picked
 
-    picked = computed([of(solids.center[:, k]) for k in range(3)] + [of(solids.half[:, k]) for k in range(3)] + [of(solids.radius)])
+    picked = computed(
+        [of(solids.center[:, k]) for k in range(3)] + [of(solids.half[:, k]) for k in range(3)] + [of(solids.radius)]
+    )
     center, half, radius = picked[:3], picked[3:6], picked[6]
     away = [x[k] - center[k] for k in range(3)]
     axes = None
@@ -125,7 +125,8 @@ def nearest_obstacles(
     second = ~first & (beyond[1] >= beyond[2])
     facing = [first, second, ~first & ~second]
     normal = [
-        jnp.where(outside, out[k] / norm, facing[k].astype(norm.dtype)) * jnp.where(away[k] < 0, -1, 1).astype(norm.dtype)
+        jnp.where(outside, out[k] / norm, facing[k].astype(norm.dtype))
+        * jnp.where(away[k] < 0, -1, 1).astype(norm.dtype)
         for k in range(3)
     ]
     if axes is not None:

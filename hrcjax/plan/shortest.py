@@ -55,9 +55,7 @@ class Problem(NamedTuple):
     """For contacts with obstacles and for pairs: the gap asked for away from the ends, and those at start and goal [m]."""
 
 
-def problem(
-    model: LinkModel, params: ShortestParams, start: Joints, goal: Joints, solids: RoundedBoxes
-) -> Problem:
+def problem(model: LinkModel, params: ShortestParams, start: Joints, goal: Joints, solids: RoundedBoxes) -> Problem:
     """A problem with the gaps at its ends."""
     near, pairs = contacts(model, jnp.stack([start, goal]), solids)
     # a sphere may be nearest to other obstacles at the ends: the least of all that it sees is what it may keep
@@ -191,7 +189,14 @@ def _square(n: int) -> np.ndarray:
 
 
 def shortened(
-    model: LinkModel, params: ShortestParams, at: Problem, inner: Inner, samples: int, iterations: int, first: Scalar, last: Scalar = 1.0
+    model: LinkModel,
+    params: ShortestParams,
+    at: Problem,
+    inner: Inner,
+    samples: int,
+    iterations: int,
+    first: Scalar,
+    last: Scalar = 1.0,
 ) -> Inner:
     """Gauss-Newton steps while the penalty stiffens from one share of its stiffness to another [rad].
 

@@ -27,7 +27,9 @@ def test_lines_are_free_and_go_round_both_ways():
 
 def test_nothing_is_found_through_a_closed_wall():
     wide = np.full(2, 3.0)
-    closed = roadmap_lines(START, GOAL, -wide, wide, lambda q: np.abs(q[:, 0]) > 0.1, np.random.default_rng(0), samples=200)
+    closed = roadmap_lines(
+        START, GOAL, -wide, wide, lambda q: np.abs(q[:, 0]) > 0.1, np.random.default_rng(0), samples=200
+    )
     assert closed == []
 
 

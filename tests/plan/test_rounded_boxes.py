@@ -34,7 +34,9 @@ def test_distances_and_normals_are_those_of_each_box():
     for turned in (False, True):
         solids = some(turned)
         every = jax.vmap(lambda x, s=solids: jnp.stack([alone(s, box, x) for box in range(5)]))(jnp.asarray(points))
-        slopes = jax.vmap(jax.jacfwd(lambda x, s=solids: jnp.stack([alone(s, box, x) for box in range(5)])))(jnp.asarray(points))
+        slopes = jax.vmap(jax.jacfwd(lambda x, s=solids: jnp.stack([alone(s, box, x) for box in range(5)])))(
+            jnp.asarray(points)
+        )
         order = np.argsort(np.asarray(every), axis=1)
         found = nearest_obstacles(solids, x, 2)
         for place in range(2):
@@ -45,5 +47,7 @@ def test_distances_and_normals_are_those_of_each_box():
             mine = np.stack([np.asarray(n[place]).reshape(-1) for n in found.normal], axis=1)
             assert clear.sum() > 300
             np.testing.assert_allclose(mine[clear], slope[clear], atol=2e-4)
-        np.testing.assert_allclose(np.asarray(least_distance(solids, x)).reshape(-1), np.asarray(every).min(axis=1), atol=1e-6)
+        np.testing.assert_allclose(
+            np.asarray(least_distance(solids, x)).reshape(-1), np.asarray(every).min(axis=1), atol=1e-6
+        )
     assert (np.asarray(every).min(axis=1) < 0).any()

@@ -39,13 +39,15 @@ def solved(solids, iterations=16):
 
 def test_the_path_goes_round_a_box():
     _, _, before, after, costs = solved(box_in_the_way())
-    assert before.gap < 0 and after.gap > PARAMS.gap - 0.003 and after.missed < 0.003
+    assert before.gap < 0 and after.gap > PARAMS.self_gap - 0.001 and after.missed < 0.003
     assert 1.6 < after.length < 3.2
     assert costs[1] < costs[0]
 
 
 def test_the_straight_line_stays_where_it_is_free():
-    far = RoundedBoxes(jnp.full((1, 3), 5.0, jnp.float32), jnp.full((1, 3), 0.1, jnp.float32), jnp.zeros(1, jnp.float32))
+    far = RoundedBoxes(
+        jnp.full((1, 3), 5.0, jnp.float32), jnp.full((1, 3), 0.1, jnp.float32), jnp.zeros(1, jnp.float32)
+    )
     guess, found, before, after, _ = solved(far)
     np.testing.assert_allclose(found, guess, atol=2e-3)
     np.testing.assert_allclose(after.length, 1.6, rtol=1e-4)
