@@ -45,9 +45,7 @@ class Checker:
         self.arm = arm
         pairs = tuple(self_pairs(arm, TIGHT))
         self._exact = jax.jit(jax.vmap(partial(_configuration_free, arm, pairs)))
-        self._sieve = (
-            jax.jit(partial(_surely_free, link_model(arm, INFLATION, 0.0, TIGHT))) if sieve else None
-        )
+        self._sieve = jax.jit(partial(_surely_free, link_model(arm, INFLATION, 0.0, TIGHT))) if sieve else None
 
     def warm(self, problems: Problems) -> None:
         """Compiles."""

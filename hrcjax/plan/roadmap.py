@@ -78,36 +78,30 @@ def roadmap_lines(
     count = len(nodes)
     around = min(neighbours + 1, count)
     distance, index = cKDTree(nodes).query(nodes, around)
-    first = np.repeat(np.arange(count), around - 1)
-    second, weight = index[:, 1:].reshape(-1), distance[:, 1:].reshape(-1)
-    edges = {
-        (min(i, j), max(i, j)): w for i, j, w in zip(first.tolist(), second.tolist(), weight.tolist(), strict=True)
-    }
-    checked: set[tuple[int, int]] = set()
+    pairs = np.stack([np.repeat(np.arange(count), around - 1), index[:, 1:].reshape(-1)], axis=1)
+    edges, kept = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True)
+    weight = np.maximum(distance[:, 1:].reshape(-1)[kept], 1e-9)
+    number = csr_matrix((np.arange(1, len(edges) + 1), edges.T), shape=(count, count))
+    there, checked = np.ones(len(edges), bool), np.zeros(len(edges), bool)
     found: list[NDArray] = []
     for _ in range(rounds):
-        if len(found) == lines or not edges:
+        if len(found) == lines:
             break
-        ij = np.array(list(edges))
-        graph = csr_matrix((np.maximum(list(edges.values()), 1e-9), (ij[:, 0], ij[:, 1])), shape=(count, count))
+        graph = csr_matrix((weight[there], edges[there].T), shape=(count, count))
         far, before = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
         if not np.isfinite(far[1]):
             break
         way = [1]
         while way[-1] != 0:
             way.append(int(before[way[-1]]))
-        used = [(min(i, j), max(i, j)) for i, j in zip(way[1:], way[:-1], strict=True)]
-        new = [edge for edge in used if edge not in checked]
-        ok = _free_lines([nodes[list(edge)] for edge in new], free, step) if new else np.ones(0, bool)
-        for edge, kept in zip(new, ok, strict=True):
-            if kept:
-                checked.add(edge)
-            else:
-                del edges[edge]
+        used = np.array([number[min(i, j), max(i, j)] - 1 for i, j in pairwise(way)])
+        new = used[~checked[used]]
+        ok = _free_lines([nodes[edges[e]] for e in new], free, step) if len(new) else np.ones(0, bool)
+        checked[new] = True
+        there[new[~ok]] = False
         if ok.all():
             found.append(shortcut(nodes[way[::-1]], free, rng, step=step))
-            for edge in used:
-                edges[edge] *= 2
+            weight[used] *= 2
     return found
 
 
