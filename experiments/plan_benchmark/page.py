@@ -22,8 +22,8 @@ forearm and wrist 2 may overlap{taken}. Paths are B-splines of 12 control points
 2 cm from the obstacles where the ends allow it.
 
 * **Rounds.** First the straight joint line is optimised, then for what is left, and up to the third round for paths 1.25 times as long as the straight line,
-  the cheapest of more and more random detours: 2 of 32, 4 of 96, 8 of 192, 16 of 384, 32 of 1024. A guess costs its length and the penalties at 32 configurations, a
-  fiftieth of the time of optimising it. At last all accepted paths are shortened with 6 mm from the obstacles. Paths are accepted, the shortest first, by the exact check.
+  the cheapest of more and more random detours: 2 of 32, 4 of 96, 8 of 192, 16 of 384, 32 of 1024. A guess costs its length and the penalties at 32 configurations.
+  At last all accepted paths are shortened with 6 mm from the obstacles. Paths are accepted, the shortest first, by the exact check.
 * **Roadmaps**, `success_guided`: what is left gets guesses by a lazy roadmap through random free configurations, optimised likewise; where none becomes a free
   path, the roadmap's own line is taken, and counts here alone.
 * **What is impossible** is not tried: problems whose start or goal is not free. They count in the times per problem.
