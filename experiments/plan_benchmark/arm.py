@@ -9,7 +9,7 @@ import numpy as np
 
 from hrcjax.lab.case_store import RunStore
 from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint
-from hrcjax.plan import arm_body
+from hrcjax.plan.link_model import link_model
 
 from .about import about, read, stored
 from .checker import Checker
@@ -33,8 +33,8 @@ def _problems(path: Path, count: int) -> Rows:
     arm = thin_arm()
     checker = Checker(arm)
     reference_free = checker.free(problems, range(len(problems)), problems.reference)
-    body = arm_body(arm, INFLATION, floor=0.0, tight=TIGHT)
-    return problem_rows(problems, reference_free, solve_all(body, checker, problems, _say))
+    model = link_model(arm, INFLATION, floor=0.0, tight=TIGHT)
+    return problem_rows(problems, reference_free, solve_all(model, checker, problems, _say))
 
 
 def _speed(settings: int) -> Rows:

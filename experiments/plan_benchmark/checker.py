@@ -1,6 +1,8 @@
-"""The exact collision check: capsules against boxes, the floor and each other, at steps of 2 degrees."""
+"""The exact collision check: capsules against obstacles, the floor and each other, at steps of 2 degrees.
 
-from collections.abc import Sequence
+Configurations whose covering spheres are free are free: a sieve that leaves few for the exact distances of capsules."""
+
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 
@@ -9,17 +11,22 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.geom.segment import capsules_distances
+from hrcjax.geom.segment import FAR, capsules_distances
 from hrcjax.geom.shape import box_distance, segment_convex_distance
 from hrcjax.plan.body import self_pairs
+from hrcjax.plan.contacts import frames_along, pair_gaps, sphere_centers
+from hrcjax.plan.link_model import LinkModel, link_model
+from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance
 from hrcjax.robot import Arm, arm_capsules
 
 from .problems import TIGHT, Problems
 
 STEP = np.deg2rad(2.0)
 """Largest change of any joint from one checked configuration to the next [rad]."""
-CHUNK = 2048
-"""Configurations that are checked at once."""
+INFLATION = 0.004
+"""Of the spheres of the sieve [m]."""
+CHUNKS = (1024, 128)
+"""Configurations that are checked at once: many, or the rest in few."""
 
 
 def dense(path: NDArray) -> NDArray:
@@ -32,46 +39,93 @@ def dense(path: NDArray) -> NDArray:
 
 
 class Checker:
-    """Tells whether paths of an arm are free."""
+    """Tells whether configurations and paths of an arm are free."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Arm, sieve: bool = True) -> None:
         self.arm = arm
-        self._free = jax.jit(jax.vmap(partial(_configuration_free, arm, tuple(self_pairs(arm, TIGHT)))))
+        pairs = tuple(self_pairs(arm, TIGHT))
+        self._exact = jax.jit(jax.vmap(partial(_configuration_free, arm, pairs)))
+        self._sieve = jax.jit(partial(_surely_free, link_model(arm, INFLATION, 0.0, TIGHT))) if sieve else None
 
-    def free(self, problems: Problems, which: Sequence[int], paths: Sequence[NDArray]) -> NDArray:
-        """Whether each path is free among the boxes of its problem, and within the joints' ranges."""
+    def warm(self, problems: Problems) -> None:
+        """Compiles."""
+        for f in (self._sieve, self._exact):
+            if f is not None:
+                for count in CHUNKS:
+                    self._chunked(
+                        f,
+                        problems,
+                        np.zeros(count, int),
+                        np.resize(problems.start[0], (count, problems.start.shape[1])),
+                    )
+
+    def _chunked(self, f: Callable[..., jax.Array], problems: Problems, problem: NDArray, q: NDArray) -> NDArray:
+        ok = np.zeros(len(q), bool)
+        begin = 0
+        while begin < len(q):
+            chunk = next((c for c in CHUNKS if c <= len(q) - begin), CHUNKS[-1])
+            rows = np.arange(begin, min(begin + chunk, len(q)))
+            padded = np.resize(rows, chunk)
+            begin += chunk
+            ok[rows] = np.asarray(f(np.float32(q[padded]), problems.solids(problem[padded])))[: len(rows)]
+        return ok
+
+    def configurations_free(self, problems: Problems, problem: NDArray, q: NDArray, exact: bool = True) -> NDArray:
+        """Whether each configuration is free among the obstacles of its problem, and within the joints' ranges.
+
+        Args:
+            exact: False asks the sieve alone, which takes some that are free for colliding.
+        """
+        ok = np.zeros(len(q), bool)
+        if not len(q):
+            return ok
+        if self._sieve is not None:
+            ok = self._chunked(self._sieve, problems, problem, q)
+        if (exact or self._sieve is None) and len(left := np.flatnonzero(~ok)):
+            ok[left] = self._chunked(self._exact, problems, problem[left], q[left])
+        return ok & ((q >= self.arm.q_min - 1e-6) & (q <= self.arm.q_max + 1e-6)).all(1)
+
+    def free(self, problems: Problems, which: Sequence[int] | NDArray, paths: Sequence[NDArray]) -> NDArray:
+        """Whether each path is free among the obstacles of its problem, and within the joints' ranges."""
+        if not len(paths):
+            return np.zeros(0, bool)
         fine = [dense(path) for path in paths]
         owner = np.repeat(np.arange(len(fine)), [len(path) for path in fine])
-        q = np.concatenate(fine) if fine else np.zeros((0, self.arm.chain.size))
-        problem = np.asarray(which)[owner] if len(owner) else owner
-        ok = np.zeros(len(q), bool)
-        for begin in range(0, len(q), CHUNK):
-            rows = np.arange(begin, min(begin + CHUNK, len(q)))
-            padded = np.resize(rows, CHUNK)
-            k = problem[padded]
-            single = [np.float32(x[k]) for x in (problems.center, problems.half)]
-            found = self._free(
-                jnp.asarray(np.float32(q[padded])), *map(jnp.asarray, single), jnp.asarray(problems.boxes[k])
-            )
-            ok[rows] = np.asarray(found)[: len(rows)]
-        within = ((q >= self.arm.q_min - 1e-6) & (q <= self.arm.q_max + 1e-6)).all(1)
-        return np.array([bool((ok & within)[owner == k].all()) for k in range(len(fine))], bool)
+        ok = self.configurations_free(problems, np.asarray(which)[owner], np.concatenate(fine))
+        return np.bincount(owner, ~ok, len(fine)) == 0
 
 
-def _configuration_free(
-    arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, center: jax.Array, half: jax.Array, count: jax.Array
-) -> jax.Array:
+def _surely_free(model: LinkModel, q: jax.Array, solids: RoundedBoxes) -> jax.Array:
+    """Whether the spheres of each configuration are free among its obstacles; configurations are the last axis within."""
+    frames = frames_along(model, q)
+    x = sphere_centers(model, frames)
+    radii = jnp.asarray(model.radii, q.dtype)[:, None]
+    last = jax.tree.map(lambda a: jnp.moveaxis(a, 0, -1), solids)
+    away = jnp.all(least_distance(last, x) > radii, axis=0)
+    high = jnp.asarray(model.sphere_links > 0)[:, None]
+    above = jnp.all((x[2] > radii) | ~high, axis=0)
+    return away & above & jnp.all(pair_gaps(model, frames)[0] > 0, axis=0)
+
+
+def _configuration_free(arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, solids: RoundedBoxes) -> jax.Array:
     capsules = arm_capsules(arm, q)
     links = np.asarray(arm.capsule_links)
     moving = np.flatnonzero(links >= 0)
 
-    def to_box(a: jax.Array, b: jax.Array, center: jax.Array, half: jax.Array) -> jax.Array:
-        return segment_convex_distance(a, b, lambda x: box_distance(x, center, half))
+    def to_box(a: jax.Array, b: jax.Array, box: jax.Array) -> jax.Array:
+        def distance(x: jax.Array) -> jax.Array:
+            away = x - solids.center[box]
+            if solids.rotation is not None:
+                away = away @ solids.rotation[box]
+            return box_distance(away, jnp.zeros(3, x.dtype), solids.half[box]) - solids.radius[box]
 
-    over_boxes = jax.vmap(to_box, in_axes=(None, None, 0, 0))
-    apart = jax.vmap(over_boxes, in_axes=(0, 0, None, None))(capsules.a[moving], capsules.b[moving], center, half)
-    real = jnp.arange(center.shape[0]) < count
-    boxes_free = jnp.all((apart > capsules.radius[moving][:, None]) | ~real)
+        return jnp.where(solids.radius[box] < 0, FAR, segment_convex_distance(a, b, distance))
+
+    over_boxes = jax.vmap(to_box, in_axes=(None, None, 0))
+    apart = jax.vmap(over_boxes, in_axes=(0, 0, None))(
+        capsules.a[moving], capsules.b[moving], jnp.arange(solids.center.shape[0])
+    )
+    boxes_free = jnp.all(apart > capsules.radius[moving][:, None])
     high = np.flatnonzero(links >= 1)
     floor_free = jnp.all(jnp.minimum(capsules.a[high, 2], capsules.b[high, 2]) > capsules.radius[high])
     between = capsules_distances(capsules, capsules)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcjax.lab.errors import UsageError
+from hrcjax.plan.rounded_boxes import RoundedBoxes
 from hrcjax.robot import Arm, load_arm
 
 THINNER = 0.01
@@ -33,15 +34,30 @@ class Problems:
     """(problem) number of boxes that exist"""
     reference: tuple[NDArray, ...]
     """(waypoint joint) of a free path, each [rad]"""
+    grown: NDArray | None = None
+    """(problem box) radius by which boxes are grown; None: by nothing [m]"""
+    rotation: NDArray | None = None
+    """(problem box 3 3) axes of the boxes as columns; None: those of the world"""
 
     def __len__(self) -> int:
         return len(self.start)
+
+    @property
+    def radius(self) -> NDArray:
+        """(problem box) radius of the rounded boxes, -1 where there is none [m]"""
+        grown = np.zeros(self.center.shape[:2]) if self.grown is None else self.grown
+        return np.where(np.arange(self.center.shape[1]) < self.boxes[:, None], grown, -1.0)
+
+    def solids(self, which: NDArray) -> RoundedBoxes:
+        """The obstacles of some problems, single precision."""
+        arrays = (self.center, self.half, self.radius, *([] if self.rotation is None else [self.rotation]))
+        return RoundedBoxes(*(np.float32(x[which]) for x in arrays))
 
     def taken(self, index: NDArray) -> "Problems":
         """Some of them."""
         return Problems(
             self.start[index], self.goal[index], self.center[index], self.half[index], self.boxes[index],
-            tuple(self.reference[k] for k in index),
+            tuple(self.reference[k] for k in index), *(x if x is None else x[index] for x in (self.grown, self.rotation)),
         )  # fmt: skip
 
 
@@ -66,7 +82,12 @@ def read_problems(path: Path, count: int) -> Problems:
     )  # fmt: skip
     if not 0 <= count <= len(every):
         raise UsageError(f"--count {count}: {path} holds {len(every)} problems; 0 takes all")
-    return every.taken(np.linspace(0, len(every) - 1, count).astype(int)) if count else every
+    return every.taken(drawn_evenly(len(every), count)) if count else every
+
+
+def drawn_evenly(every: int, count: int) -> NDArray:
+    """Indices of `count` out of `every`, spread evenly."""
+    return np.linspace(0, every - 1, count).astype(int)
 
 
 def thin_arm() -> Arm:

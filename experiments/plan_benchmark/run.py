@@ -94,7 +94,8 @@ def run(config: PlanBenchmarkConfig) -> int:
     if config.json:
         write_results(config.json, section, origins)
     if config.page:
-        write_bytes(config.page, page(section, figures, origins).encode())
+        old = config.page.read_text(encoding="utf-8") if config.page.exists() else ""
+        write_bytes(config.page, page(section, figures, origins, old).encode())
     missed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
     print(f"{len(missed)} bars do not hold" + (f": {', '.join(missed)}" if missed else ""))
     return 0

@@ -1,4 +1,7 @@
-"""Stages of guesses: the straight line for all problems, then batches of more guesses for the ones that are left."""
+"""Rounds of guesses: the straight line for all problems, then more and more guesses for the ones that are left.
+
+Pairs of a problem and a guess are the rows of one program, whichever problems they belong to: solved problems leave no gaps.
+"""
 
 import time
 from collections.abc import Callable, Sequence
@@ -9,28 +12,39 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.geom.segment import FAR
-from hrcjax.geom.shape import box_distance
-from hrcjax.numerics import unrolled_options
-from hrcjax.plan import ArmPathParams, ArmPlanSizes, PlanBody, PotentialParams
-from hrcjax.plan.arm_optimise import polished, ramped, samples_of
-from hrcjax.plan.arm_task import ArmTask, arm_task
-from hrcjax.plan.guesses import arches, control_places, descent_guess, detour_guesses, detours, straight_guess
+from hrcjax.plan.guesses import detours
+from hrcjax.plan.joint_spline import control_places, fit_matrix
+from hrcjax.plan.link_model import LinkModel
+from hrcjax.plan.roadmap import roadmap_lines, subdivided
+from hrcjax.plan.rounded_boxes import RoundedBoxes
+from hrcjax.plan.shortest import Problem, ShortestParams, configurations, guess_cost, problem, quality, shortened
 
 from .checker import Checker
 from .problems import Problems, joint_length
 
-GAP = 0.02
-"""Distance that the optimiser keeps from boxes, where it can [m]."""
-PATH = ArmPathParams(omega2=1e-3, omega3=0.0, tool_weight=0.0, joint_weight=1.0, self_gap=0.005)
-"""Length is that in the joints, as of the reference paths."""
-POTENTIAL = PotentialParams(k_rep=0.0, zeta=2.0)
-"""Nothing repels; the required distance is (zeta - 1) GAP."""
-SIZES = ArmPlanSizes(control=12, samples=64, iterations=20, polish=4)
-FINE = 129
-"""Configurations by which a path is handed to the checker."""
-STAGES = ((1, 16), (12, 4), (32, 2))
-"""Guesses for each problem, and problems at once."""
+CONTROL, SAMPLES, FINE = 12, 64, 129
+"""Control points of a path, configurations at which it is optimised, and by which it is handed to the checker."""
+ROWS = 16
+"""Pairs of problem and guess optimised at once."""
+STEPS = 12
+"""Steps of one call of the program."""
+FIRST = 0.03
+"""Share of the stiffness in the first call's first step."""
+HOPELESS = 0.06
+"""A path that misses its distances by more after the first call is given up [m]."""
+ROUNDS = ((1, 1), (32, 2), (96, 4), (192, 8), (384, 16), (1024, 32))
+"""Guesses drawn for each problem, and those of least cost that are optimised, round by round."""
+DRAWN, DRAWN_SAMPLES = 64, 32
+"""Guesses whose cost is computed at once, and configurations at which it is."""
+WIDTHS = 0.4, 2.5
+"""Least and greatest size of random detours, in proportion to the straight line's length."""
+AGAIN, AGAIN_ROUNDS = 1.25, 3
+"""A path this much longer than the straight line is sought anew, in this many rounds at most."""
+TIGHT = ShortestParams(gap=0.006, self_gap=0.003, bending=3e-4)
+"""Last steps, from a free path: nearer to the obstacles."""
+WIDE = ShortestParams()
+GUIDED = len(ROUNDS) + 1
+"""Round of the guesses by a roadmap."""
 
 
 @dataclass
@@ -40,100 +54,234 @@ class Solved:
     paths: list[NDArray | None]
     """(waypoint joint) free path of each, or None."""
     stage: NDArray
-    """Stage that solved it, 0 the straight line without optimisation; -1: unsolved."""
+    """Round that solved it, 0 the straight line without optimisation, GUIDED a roadmap's guess; -1: unsolved."""
     seconds: float = 0.0
-    """Time of optimisation and checks, without compiling."""
+    """Time of optimisation and checks, without compiling, before the guesses by roadmaps."""
+    cpu_seconds: float = 0.0
+    """The same as time of all cores."""
+    guided_seconds: float = 0.0
+    """Time with the roadmaps' guesses."""
     compile_seconds: float = 0.0
+    """Of the optimiser, which takes longest to."""
     log: list[str] = field(default_factory=list)
 
 
-def task_of(
-    body: PlanBody, start: jax.Array, goal: jax.Array, center: jax.Array, half: jax.Array, boxes: jax.Array
-) -> ArmTask:
-    """A problem for the optimiser."""
-
-    def distances(x: jax.Array) -> jax.Array:
-        found = jax.vmap(box_distance, in_axes=(None, 0, 0))(x, center, half)
-        return jnp.where(jnp.arange(center.shape[0]) < boxes, found, FAR)
-
-    wide = jnp.full(3, jnp.inf, start.dtype)
-    radius = jnp.full(center.shape[0], GAP, start.dtype)
-    path, potential = jax.tree.map(lambda x: jnp.asarray(x, start.dtype), (PATH, POTENTIAL))
-    return arm_task(path, potential, body, start, goal, distances, radius, -wide, wide)
+def options() -> dict[str, str | bool]:
+    """Compiler options: barriers are kept, as they keep shared terms from being computed anew."""
+    if jax.default_backend() != "cpu":
+        return {}
+    return {"xla_disable_hlo_passes": "cse_barrier_expander", "xla_backend_optimization_level": "1"}
 
 
-def optimised(body: PlanBody, stage: int) -> Callable[..., jax.Array]:
-    """The paths of a stage's guesses for one problem, (guess configuration joint)."""
-    count = STAGES[stage][0]
+class Program:
+    """The optimiser of some rows at once, compiled."""
 
-    def solve(start: jax.Array, goal: jax.Array, center: jax.Array, half: jax.Array, boxes: jax.Array) -> jax.Array:
-        task = task_of(body, start, goal, center, half, boxes)
-        straight = straight_guess(task, SIZES)
-        if stage == 0:
-            found = straight[None]
-        else:
-            known = []
-            if stage == 1:
-                hump = jnp.asarray(np.sin(np.pi * control_places(SIZES.control)[1:-1]), start.dtype)[:, None]
-                known = [descent_guess(task, SIZES)[0][None], straight + hump * arches(task)[:, None, :]]
-            random = jnp.asarray(
-                detours(count - 4 if stage == 1 else count, body.size, SIZES.control, stage), start.dtype
+    def __init__(self, model: LinkModel, problems: Problems) -> None:
+        arrays = problems.start, problems.goal, problems.center, problems.half, problems.radius
+        self.arrays = [np.float32(x) for x in arrays]
+        self.arrays += [np.float32(problems.rotation)] if problems.rotation is not None else []
+
+        def one(inner: jax.Array, params: ShortestParams, first: jax.Array, *arrays: jax.Array):
+            start, goal, center, half, radius, *rotation = arrays
+            at = problem(model, params, start, goal, RoundedBoxes(center, half, radius, *rotation))
+            inner = shortened(model, params, at, inner, SAMPLES, STEPS, first)
+            found = quality(model, params, at, inner, FINE)
+            return inner, configurations(at, inner, FINE), found.length, found.gap, found.missed
+
+        rows = jax.vmap(one, in_axes=(0, None, None, *([0] * len(self.arrays))))
+        inner = jnp.zeros((ROWS, CONTROL - 2, model.arm.chain.size), jnp.float32)
+        asked = (inner, self._numbers(WIDE), jnp.float32(FIRST), *(x[np.zeros(ROWS, int)] for x in self.arrays))
+        begin = time.perf_counter()
+        self.compiled = jax.jit(rows, compiler_options=options()).lower(*asked).compile()
+        self.compile_seconds = time.perf_counter() - begin
+
+        def cost(inner: jax.Array, *arrays: jax.Array) -> jax.Array:
+            start, goal, center, half, radius, *rotation = arrays
+            at = Problem(start, goal, RoundedBoxes(center, half, radius, *rotation), ())
+            return guess_cost(model, jax.tree.map(jnp.float32, WIDE), at, inner, DRAWN_SAMPLES, jnp.float32(FIRST))
+
+        inner = jnp.zeros((DRAWN, CONTROL - 2, model.arm.chain.size), jnp.float32)
+        asked = (inner, *(x[np.zeros(DRAWN, int)] for x in self.arrays))
+        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(*asked).compile()
+
+    @staticmethod
+    def _numbers(params: ShortestParams) -> ShortestParams:
+        return jax.tree.map(jnp.float32, params)
+
+    def best(self, which: NDArray, inner: NDArray, count: int) -> NDArray:
+        """The guesses of least cost of every problem: `inner` holds as many for each, one problem after the other."""
+        if len(inner) == count * len(which):
+            return inner
+        each = len(inner) // len(which)
+        owner, found = np.repeat(which, each), []
+        for begin in range(0, len(inner), DRAWN):
+            rows = np.resize(np.arange(begin, min(begin + DRAWN, len(inner))), DRAWN)
+            found.append(np.asarray(self.costs(np.float32(inner[rows]), *(x[owner[rows]] for x in self.arrays))))
+        cost = np.concatenate(found)[: len(inner)].reshape(len(which), each)
+        chosen = np.argsort(cost, axis=1)[:, :count] + each * np.arange(len(which))[:, None]
+        return inner[chosen.reshape(-1)]
+
+    def __call__(self, which: NDArray, inner: NDArray, params: ShortestParams, first: float) -> list[NDArray]:
+        """Control points, path, length, least gap, and most that a gap misses what is asked for, of every row."""
+        found = []
+        numbers = self._numbers(params)
+        for begin in range(0, len(which), ROWS):
+            rows = np.resize(np.arange(begin, min(begin + ROWS, len(which))), ROWS)
+            inputs = (x[which[rows]] for x in self.arrays)
+            result = self.compiled(np.float32(inner[rows]), numbers, jnp.float32(first), *inputs)
+            found.append([np.asarray(x)[: min(ROWS, len(which) - begin)] for x in result])
+        return [np.concatenate(part) for part in zip(*found, strict=True)]
+
+
+def guesses_for(problems: Problems, k: int, number: int, low: NDArray, high: NDArray) -> NDArray:
+    """A round's guesses for one problem, (guess inner joint): the straight line, or that with random detours, each second one
+    wider than the one before."""
+    start, goal = problems.start[k], problems.goal[k]
+    straight = start + control_places(CONTROL)[1:-1, None] * (goal - start)
+    if number == 0:
+        return straight[None]
+    count = ROUNDS[number][0]
+    rng = np.random.default_rng(number)
+    waves = detours(count, len(start), CONTROL, seed=number)
+    extent = max(float(np.linalg.norm(goal - start)), 1.5) / np.sqrt(len(start))
+    wide = np.exp(rng.uniform(*np.log(WIDTHS), count))[:, None, None]
+    return np.clip(straight + wide * extent * waves, low, high)
+
+
+class Solver:
+    """All problems, round by round."""
+
+    def __init__(self, model: LinkModel, checker: Checker, problems: Problems, progress: Callable[[str], None]) -> None:
+        self.model, self.checker, self.problems, self.progress = model, checker, problems, progress
+        count = len(problems)
+        self.solved = Solved([None] * count, np.full(count, -1))
+        self.possible = np.ones(count, bool)
+        self.best: dict[int, NDArray] = {}  # control points of the accepted paths
+        checker.warm(problems)
+        self.program = Program(model, problems)
+        self.solved.compile_seconds = self.program.compile_seconds
+
+    def _accept(
+        self, stage: int, which: NDArray, inner: NDArray, paths: NDArray, length: NDArray, gap: NDArray
+    ) -> None:
+        """Takes the shortest free path of each problem; paths are checked in order of their length, until one is free."""
+        left = {int(k): [] for k in which}
+        for row in np.argsort(length):
+            k = int(which[row])
+            old = self.solved.paths[k]
+            if (
+                gap[row] > -0.004
+                and np.isfinite(paths[row]).all()
+                and (old is None or length[row] < joint_length(old) - 1e-4)
+            ):
+                left[k].append(row)
+        while rows := [queue.pop(0) for queue in left.values() if queue]:
+            free = self.checker.free(self.problems, which[rows], [np.asarray(paths[row], float) for row in rows])
+            for row, ok in zip(rows, free, strict=True):
+                if ok:
+                    k = int(which[row])
+                    left[k] = []
+                    self.solved.paths[k], self.best[k] = np.asarray(paths[row], float), inner[row]
+                    if self.solved.stage[k] < 0:
+                        self.solved.stage[k] = stage
+
+    def optimise(self, stage: int, which: NDArray, inner: NDArray) -> None:
+        """Optimises guesses, and takes what is free."""
+        inner, paths, length, gap, missed = self.program(which, inner, WIDE, FIRST)
+        self._accept(stage, which, inner, paths, length, gap)
+        near = (missed < HOPELESS) & np.array([self.solved.stage[k] < 0 for k in which])
+        if near.any():
+            which = which[near]
+            inner, paths, length, gap, missed = self.program(which, inner[near], WIDE, 1.0)
+            self._accept(stage, which, inner, paths, length, gap)
+
+    def tighten(self, stage: int, which: Sequence[int]) -> None:
+        """Shortens accepted paths, nearer to the obstacles."""
+        rows = np.array([k for k in which if k in self.best], int)
+        if len(rows):
+            found = self.program(rows, np.stack([self.best[k] for k in rows]), TIGHT, 1.0)
+            self._accept(stage, rows, *found[:4])
+
+    def _wanted(self, number: int) -> NDArray:
+        """Problems that a round is for."""
+        wanted = []
+        for k, path in enumerate(self.solved.paths):
+            straight = float(np.linalg.norm(self.problems.goal[k] - self.problems.start[k]))
+            long = path is not None and joint_length(path) > AGAIN * straight and number < AGAIN_ROUNDS
+            if self.possible[k] and (path is None or long):
+                wanted.append(k)
+        return np.array(wanted, int)
+
+    def run(self) -> Solved:
+        """Solves them."""
+        solved, problems = self.solved, self.problems
+        begin, cpu = time.perf_counter(), time.process_time()
+        straight = [np.stack([a, b]) for a, b in zip(problems.start, problems.goal, strict=True)]
+        for k in np.flatnonzero(self.checker.free(problems, np.arange(len(problems)), straight)):
+            solved.paths[k], solved.stage[k] = straight[k], 0
+        every = np.arange(len(problems))
+        self.possible = self.checker.configurations_free(problems, every, problems.start)
+        self.possible &= self.checker.configurations_free(problems, every, problems.goal)
+        low, high = self.model.arm.q_min, self.model.arm.q_max
+        for number in range(len(ROUNDS)):
+            wanted = self._wanted(number)
+            if not len(wanted):
+                continue
+            guesses = [guesses_for(problems, int(k), number, low, high) for k in wanted]
+            before = int((solved.stage < 0).sum())
+            count = ROUNDS[number][1]
+            chosen = self.program.best(wanted, np.concatenate(guesses), count)
+            self.optimise(number + 1, np.repeat(wanted, count), chosen)
+            solved.log.append(
+                f"round {number + 1}: {len(wanted)} problems, {count} of {len(guesses[0])} guesses each; "
+                f"{before - int((solved.stage < 0).sum())} of {before} solved, {time.process_time() - cpu:.1f} s of CPU so far"
             )
-            found = jnp.concatenate([*known, detour_guesses(task, SIZES, random)])
-
-        def finish(inner: jax.Array) -> jax.Array:
-            inner = polished(task, ramped(task, inner, SIZES), SIZES)
-            return samples_of(task, inner, FINE)
-
-        return jax.vmap(finish)(found)
-
-    return solve
-
-
-def solve_all(body: PlanBody, checker: Checker, problems: Problems, progress: Callable[[str], None]) -> Solved:
-    """All problems, stage by stage."""
-    count = len(problems)
-    solved = Solved([None] * count, np.full(count, -1))
-    begin = time.perf_counter()
-    straight = [np.stack([a, b]) for a, b in zip(problems.start, problems.goal, strict=True)]
-    checker.free(problems, [0], straight[:1])
-    solved.compile_seconds += time.perf_counter() - begin
-    begin = time.perf_counter()
-    for k in np.flatnonzero(checker.free(problems, range(count), straight)):
-        solved.paths[k], solved.stage[k] = straight[k], 0
-    solved.seconds += time.perf_counter() - begin
-    for stage, (guesses, batch) in enumerate(STAGES):
-        left = np.flatnonzero(solved.stage < 0)
-        if not len(left):
-            break
-        progress(f"{len(left)} of {count} left for stage {stage + 1}, {guesses} guesses each")
-        arguments = [
-            jnp.asarray(np.float32(x)) for x in (problems.start, problems.goal, problems.center, problems.half)
-        ]
-        arguments.append(jnp.asarray(problems.boxes))
+            self.progress(solved.log[-1])
+        self.tighten(0, list(self.best))
+        solved.seconds, solved.cpu_seconds = time.perf_counter() - begin, time.process_time() - cpu
         begin = time.perf_counter()
-        program = jax.jit(jax.vmap(optimised(body, stage)), compiler_options=unrolled_options())
-        program = program.lower(*(x[np.resize(left, batch)] for x in arguments)).compile()
-        solved.compile_seconds += time.perf_counter() - begin
-        begin = time.perf_counter()
-        for first in range(0, len(left), batch):
-            rows = left[first : first + batch]
-            paths = np.asarray(program(*(x[np.resize(rows, batch)] for x in arguments)), float)[: len(rows)]
-            _accept(checker, problems, solved, stage, rows, paths)
-        solved.seconds += time.perf_counter() - begin
-        solved.log.append(f"stage {stage + 1}: {int((solved.stage == stage + 1).sum())} of {len(left)}")
-        progress(solved.log[-1])
-    return solved
+        self.guide()
+        solved.guided_seconds = solved.seconds + time.perf_counter() - begin
+        return solved
+
+    def guide(self) -> None:
+        """Guesses by roadmaps for what is left; the roadmap's own line where none of them leads to a free path."""
+        left = [int(k) for k in np.flatnonzero(self.possible & (self.solved.stage < 0))]
+        low, high = self.model.arm.q_min, self.model.arm.q_max
+        fit = fit_matrix(CONTROL, np.linspace(0, 1, SAMPLES))
+        for k in left:
+            start, goal = self.problems.start[k], self.problems.goal[k]
+            for samples, exact in ((1000, False), (2000, True), (6000, True)):
+
+                def free(q: NDArray, k: int = k, exact: bool = exact) -> NDArray:
+                    return self.checker.configurations_free(self.problems, np.full(len(q), k), q, exact)
+
+                rng = np.random.default_rng(samples)
+                if lines := roadmap_lines(start, goal, low, high, free, rng, samples):
+                    break
+            if not lines:
+                continue
+            even = np.stack([fit @ _evenly(line, SAMPLES) for line in lines])
+            self.optimise(GUIDED, np.full(len(lines), k), even)
+            self.tighten(GUIDED, [k])
+            best = min(lines, key=joint_length)
+            old = self.solved.paths[k]
+            if (old is None or joint_length(best) < joint_length(old)) and self.checker.free(
+                self.problems, [k], [best]
+            )[0]:
+                self.solved.paths[k], self.solved.stage[k] = best, GUIDED
+        if left:
+            done = sum(self.solved.stage[k] >= 0 for k in left)
+            self.progress(f"roadmaps: {done} of {len(left)} solved")
 
 
-def _accept(
-    checker: Checker, problems: Problems, solved: Solved, stage: int, rows: Sequence[int] | NDArray, paths: NDArray
-) -> None:
-    """Takes the shortest free path of each problem."""
-    finite = np.asarray(np.isfinite(paths).all(axis=(2, 3)))
-    flat = [(k, g) for k in range(len(rows)) for g in range(paths.shape[1]) if bool(finite[k, g])]
-    free = checker.free(problems, [rows[k] for k, _ in flat], [paths[k, g] for k, g in flat])
-    for (k, g), ok in zip(flat, free, strict=True):
-        old = solved.paths[rows[k]]
-        if ok and (old is None or joint_length(paths[k, g]) < joint_length(old)):
-            solved.paths[rows[k]], solved.stage[rows[k]] = paths[k, g], stage + 1
+def _evenly(line: NDArray, count: int) -> NDArray:
+    """Points evenly along a broken line, (count joint)."""
+    fine = subdivided(line, 0.02)
+    ends = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    return np.stack([np.interp(np.linspace(0, ends[-1], count), ends, x) for x in fine.T], axis=1)
+
+
+def solve_all(model: LinkModel, checker: Checker, problems: Problems, progress: Callable[[str], None]) -> Solved:
+    """All problems, round by round."""
+    return Solver(model, checker, problems, progress).run()

@@ -148,7 +148,7 @@ def sphere_pairs(owner: np.ndarray, radii: np.ndarray, capsules: Sequence[tuple[
     return SpherePairs(rows, column, apart[:rows, column:])
 
 
-def _is_fixed(arm: Arm, link: int, at: np.ndarray) -> bool:
+def is_fixed(arm: Arm, link: int, at: np.ndarray) -> bool:
     """Whether a point of a link cannot move: it is part of the base, or lies on the axis of the first joint."""
     local = arm.chain.link_pos[0] + arm.chain.link_rotation[0] @ at
     return link < 0 or (link == 0 and bool(np.hypot(local[0], local[1]) < _ON_AXIS))
@@ -168,7 +168,7 @@ def arm_body(
     covers = {k: cover(arm.capsule_a[k], arm.capsule_b[k], arm.capsule_radii[k], inflation) for k in order}
     owner = np.array([k for k in order for _ in covers[k][0]])
     offsets = np.concatenate([covers[k][0] for k in order])
-    fixed = np.array([_is_fixed(arm, arm.capsule_links[k], at) for k, at in zip(owner, offsets, strict=True)])
+    fixed = np.array([is_fixed(arm, arm.capsule_links[k], at) for k, at in zip(owner, offsets, strict=True)])
     first = np.argsort(~fixed, kind="stable")
     owner, offsets, still = owner[first], offsets[first], int(fixed.sum())
     links = tuple(int(arm.capsule_links[k]) for k in owner)

@@ -1,0 +1,156 @@
+"""Where an arm is near to something, over many configurations: gaps, and how the joints change them.
+
+Configurations are the last axis of every array. A gap changes with joint j by n . (z_j x (x - o_j)) = z_j . (x x n) + (o_j x z_j)
+. n, x the point, n the direction in which the gap opens: the wrench (n, x x n) times the axis of the joint as a line.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.numerics import computed
+from hrcjax.plan.link_model import LinkModel
+from hrcjax.plan.rounded_boxes import RoundedBoxes, nearest_obstacles
+from hrcjax.robot.kinematics import link_frames
+from hrcjax.typing import Array, Float
+
+SURFACES = 2
+"""Obstacles that each sphere sees at once, the nearest ones: in a corner one alone would push it into the next."""
+
+
+class Frames(NamedTuple):
+    """Where the links are."""
+
+    R: Float[Array, "joint 3 3 sample"]
+    p: Float[Array, "joint 3 sample"]
+
+
+class Contacts(NamedTuple):
+    """Gaps of an arm."""
+
+    gap: Float[Array, "contact sample"]
+    """What is free between surfaces [m]."""
+    slope: Float[Array, "contact joint sample"]
+    """Its derivative by the joints [m/rad]."""
+
+
+def frames_along(model: LinkModel, q: Float[Array, "sample joint"]) -> Frames:
+    """The links' frames in some configurations."""
+    return Frames(*computed(jax.vmap(lambda q: link_frames(model.arm.chain, q), out_axes=-1)(q)))
+
+
+def _placed(frames: Frames, link: int, at: np.ndarray) -> list[Array]:
+    """The three coordinates of points of a link in the world, each (point sample)."""
+    at = jnp.asarray(at, frames.p.dtype)
+    if link < 0:
+        samples = frames.p.shape[-1]
+        return [jnp.broadcast_to(at[:, k, None], (at.shape[0], samples)) for k in range(3)]
+    R, p = frames.R[link], frames.p[link]
+    return [p[k] + sum(R[k, m] * at[:, m, None] for m in range(3)) for k in range(3)]
+
+
+def sphere_centers(model: LinkModel, frames: Frames) -> list[Float[Array, "sphere sample"]]:
+    """The three coordinates of the spheres' centres [m]."""
+    parts = [_placed(frames, link, centers) for link, centers, _ in model.spheres]
+    return [jnp.concatenate([part[k] for part in parts]) for k in range(3)]
+
+
+def _lines(model: LinkModel, frames: Frames) -> tuple[list[Array], list[Array]]:
+    """The joints' axes, and their moments o x z, by coordinates (joint sample)."""
+    chain = model.arm.chain
+    axis = np.einsum("jkm,k->jm", chain.link_rotation, np.array([0.0, 0.0, 1.0]))
+    origin = -np.einsum("jkm,jk->jm", chain.link_rotation, chain.link_pos)
+    z, o = [], []
+    for k in range(3):
+        z.append(sum(frames.R[:, k, m] * jnp.asarray(axis[:, m, None], frames.p.dtype) for m in range(3)))
+        turned = sum(frames.R[:, k, m] * jnp.asarray(origin[:, m, None], frames.p.dtype) for m in range(3))
+        o.append(frames.p[:, k] + turned)
+    return z, _cross(o, z)
+
+
+def _cross(a: list[Array], b: list[Array]) -> list[Array]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _dot(a: list[Array], b: list[Array]) -> Array:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def obstacle_gaps(
+    model: LinkModel, frames: Frames, solids: RoundedBoxes, count: int = SURFACES
+) -> tuple[Float[Array, "contact sample"], list[Array], list[Array], np.ndarray]:
+    """Gaps between spheres and what is nearest to them, the floor among it; normals, places, and links."""
+    x = sphere_centers(model, frames)
+    radii = jnp.asarray(model.radii, x[0].dtype)
+    found = nearest_obstacles(solids, x, count)
+    gaps, samples = (found.distance - radii[:, None]).reshape(-1, x[0].shape[1]), x[0].shape[1]
+    normals = [n.reshape(-1, samples) for n in found.normal]
+    places = [jnp.concatenate([c] * count) for c in x]
+    links = np.tile(model.sphere_links, count)
+    if model.floor is not None:
+        high = model.sphere_links > 0
+        begin = int(np.argmax(high))  # spheres are sorted by link
+        over = x[2][begin:] - radii[begin:, None] - jnp.asarray(model.floor, x[0].dtype)
+        flat = jnp.zeros_like(over)
+        gaps = jnp.concatenate([gaps, over])
+        normals = [jnp.concatenate([n, up]) for n, up in zip(normals, (flat, flat, flat + 1), strict=True)]
+        places = [jnp.concatenate([p, c[begin:]]) for p, c in zip(places, x, strict=True)]
+        links = np.concatenate([links, model.sphere_links[begin:]])
+    return gaps, normals, places, links
+
+
+def pair_gaps(model: LinkModel, frames: Frames) -> tuple[Float[Array, "pair sample"], list[Array], list[Array]]:
+    """Gaps between pairs of capsules, the direction from the first to the second, and the nearest point of the second's
+    axis."""
+    arm = model.arm
+    ends = []
+    for k, link in enumerate(arm.capsule_links):
+        placed = _placed(frames, link, np.stack([arm.capsule_a[k], arm.capsule_b[k]]))
+        ends.append([jnp.stack([c[side] for c in placed]) for side in range(2)])
+    first, second = (list(side) for side in zip(*model.pairs, strict=True))
+    a, b = (jnp.stack([ends[k][side] for k in first]) for side in range(2))
+    c, d = (jnp.stack([ends[k][side] for k in second]) for side in range(2))
+    a, b, c, d = computed((a, b, c, d))
+    u, v, w = ([(y - x)[:, k] for k in range(3)] for x, y in ((a, b), (c, d), (c, a)))
+    s, t = _nearest_places(u, v, w)
+    apart = [t * v[k] - w[k] - s * u[k] for k in range(3)]
+    length = jnp.sqrt(_dot(apart, apart) + 1e-12)
+    radii = jnp.asarray(arm.capsule_radii[first] + arm.capsule_radii[second], length.dtype)
+    normal = [e / length for e in apart]
+    return length - radii[:, None], normal, [c[:, k] + t * v[k] for k in range(3)]
+
+
+def _nearest_places(u: list[Array], v: list[Array], w: list[Array]) -> tuple[Array, Array]:
+    """Where two segments are nearest: shares s of u and t of v, w from the second's begin to the first's.
+
+    The minimum of a convex quadratic over the unit square: the free one clipped in s, then t best for that s and clipped, then s
+    best for that t and clipped (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
+    """
+    uu, uv, vv, uw, vw = _dot(u, u), _dot(u, v), _dot(v, v), _dot(u, w), _dot(v, w)
+    determinant = uu * vv - uv * uv
+    crossing = determinant > 1e-6 * uu * vv
+    s = jnp.where(crossing, jnp.clip((uv * vw - vv * uw) / jnp.where(crossing, determinant, 1), 0, 1), 0.5)
+    t = jnp.clip((uv * s + vw) / jnp.maximum(vv, 1e-12), 0, 1)
+    s = jnp.clip((uv * t - uw) / jnp.maximum(uu, 1e-12), 0, 1)
+    return s, t
+
+
+def contacts(model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedBoxes) -> tuple[Contacts, Contacts]:
+    """The arm's gaps to obstacles and floor, and those between its own links, in some configurations."""
+    frames = frames_along(model, q)
+    z, moment = computed(_lines(model, frames))
+    joints = np.arange(model.arm.chain.size)
+
+    def slope(normal: list[Array], place: list[Array], moved: np.ndarray) -> Array:
+        turning = computed(_cross(place, normal))
+        by_joint = [sum(z[k][None] * turning[k][:, None] + moment[k][None] * normal[k][:, None] for k in range(3))][0]
+        return jnp.where(jnp.asarray(moved)[..., None], by_joint, 0)
+
+    gap, normal, place, links = obstacle_gaps(model, frames, solids)
+    near = Contacts(*computed((gap, slope(normal, place, joints <= links[:, None]))))
+    gap, normal, place = pair_gaps(model, frames)
+    before, behind = (np.asarray([model.arm.capsule_links[pair[side]] for pair in model.pairs]) for side in range(2))
+    between = (joints > before[:, None]) & (joints <= behind[:, None])
+    return near, Contacts(*computed((gap, slope(normal, place, between))))
