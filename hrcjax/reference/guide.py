@@ -38,6 +38,7 @@ class Approach:
     """Rows of the approach: the surfaces of a point follow one another."""
 
     distance: NDArray
+    radius: NDArray
     share: NDArray
     A: NDArray
     lost: NDArray
@@ -48,6 +49,32 @@ class Approach:
         """Approach speed of every row [m/s]."""
         whole = np.repeat(np.linalg.norm(self.J @ qd, axis=-1), self.g.shape[1])
         return np.where(self.lost, whole, self.A @ qd)
+
+    def worst(self, qd: NDArray, aside: float) -> NDArray:
+        """Approach speed of every row along the worst direction to a person who is up to `aside` [m] beside where they are seen [m/s]."""
+        along, across, angle = self.speeds(qd), self.across(qd), self.angle(aside)
+        return np.hypot(along, across) * np.cos(np.maximum(np.arctan2(across, along) - angle, 0.0))
+
+    def steep(self, limit: NDArray, qd: NDArray, aside: float) -> NDArray:
+        """The limits that make up for motion across, up to 45 degrees [m/s]."""
+        return limit - self.across(qd) * np.minimum(np.tan(np.minimum(self.angle(aside), 1.5)), 1.0)
+
+    def angle(self, aside: float) -> NDArray:
+        """The angle by which the direction of every row may be off [rad]."""
+        reach = self.distance + np.repeat(self.radius, self.g.shape[1])
+        return np.where(
+            reach < max(aside, 1e-6),
+            np.pi / 2 * (aside > 0),
+            np.arcsin(np.minimum(aside / np.maximum(reach, 1e-6), 1.0)),
+        )
+
+    def across(self, qd: NDArray) -> NDArray:
+        """Speed of every row's point across its direction; without direction 0 [m/s]."""
+        v = np.repeat(self.J @ qd, self.g.shape[1], axis=0)
+        directed = _directed(self.g).ravel()
+        g = np.where(directed[:, None], self.g.reshape(-1, 3), 0.0)
+        g = g / np.where(directed, np.sqrt((g * g).sum(axis=-1)), 1.0)[:, None]
+        return np.where(directed, np.linalg.norm(np.cross(g, v), axis=-1), 0.0)
 
     def limits(self, limit: NDArray) -> NDArray:
         """The limits that control points get; infinite for what is far and has no direction, (point surface) [m/s]."""
@@ -79,7 +106,9 @@ def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     gaps = half_gaps(arm.control_links, arm.control_offsets)
     share = between_factor(distance + arm.control_radii[:, None], gaps[:, None])
     lost = ~directed & (distance < LOST)
-    return Approach(distance.ravel(), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J)
+    return Approach(
+        distance.ravel(), np.asarray(arm.control_radii), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J
+    )
 
 
 def govern(
