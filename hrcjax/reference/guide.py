@@ -17,6 +17,7 @@ from hrcjax.reference.route import SerialRoute, law_speed
 from hrcjax.reference.safety import Decision, between_factor, governed, path_speed, speed_scale, surface_limit
 from hrcjax.robot import Arm
 from hrcjax.safety import half_gaps
+from hrcjax.safety.cone import FLATTEST
 from hrcjax.sim import Cell, MotionParams, Params
 from hrcjax.sim.default_parts import PERSON_FADE, PUSH_FADE
 from hrcjax.sim.govern import IN_A_GAP, LOST, RETREAT_TURN
@@ -50,23 +51,22 @@ class Approach:
         whole = np.repeat(np.linalg.norm(self.J @ qd, axis=-1), self.g.shape[1])
         return np.where(self.lost, whole, self.A @ qd)
 
-    def worst(self, qd: NDArray, aside: float) -> NDArray:
+    def worst(self, qd: NDArray, aside: float, widest: float) -> NDArray:
         """Approach speed of every row along the worst direction to a person who is up to `aside` [m] beside where they are seen [m/s]."""
-        along, across, angle = self.speeds(qd), self.across(qd), self.angle(aside)
+        along, across, angle = self.speeds(qd), self.across(qd), self.angle(aside, widest)
         return np.hypot(along, across) * np.cos(np.maximum(np.arctan2(across, along) - angle, 0.0))
 
-    def steep(self, limit: NDArray, qd: NDArray, aside: float) -> NDArray:
-        """The limits that make up for motion across, up to 45 degrees [m/s]."""
-        return limit - self.across(qd) * np.minimum(np.tan(np.minimum(self.angle(aside), 1.5)), 1.0)
+    def steep(self, limit: NDArray, qd: NDArray, aside: float, widest: float) -> NDArray:
+        """The limits that make up for motion across [m/s]."""
+        angle = self.angle(aside, widest)
+        return limit - self.across(qd) * np.sin(angle) / np.maximum(np.cos(angle), FLATTEST)
 
-    def angle(self, aside: float) -> NDArray:
+    def angle(self, aside: float, widest: float) -> NDArray:
         """The angle by which the direction of every row may be off [rad]."""
+        if aside <= 0:
+            return np.zeros_like(self.distance)
         reach = self.distance + np.repeat(self.radius, self.g.shape[1])
-        return np.where(
-            reach < max(aside, 1e-6),
-            np.pi / 2 * (aside > 0),
-            np.arcsin(np.minimum(aside / np.maximum(reach, 1e-6), 1.0)),
-        )
+        return np.arcsin(np.minimum(np.where(reach < aside, 1.0, aside / np.maximum(reach, aside)), widest))
 
     def across(self, qd: NDArray) -> NDArray:
         """Speed of every row's point across its direction; without direction 0 [m/s]."""

@@ -37,6 +37,8 @@ class Decision(NamedTuple):
     """Largest speed of the reference in any direction [m/s]."""
     aside: float
     """How far the person may be beside where they are seen [m]."""
+    widest: float
+    """Sine of the largest angle by which a direction counts as off [1]."""
     gain: float
     """How much faster the fastest point may become in this tick [m/s]."""
 
@@ -127,7 +129,7 @@ class Monitor:
             aside = params.zone.aside + params.zone.across_speed * old
             gain = params.zone.stop_acceleration * self.dt
         if hold:
-            return state, Decision(np.zeros_like(d), hold, any_limit, aside, gain)
+            return state, Decision(np.zeros_like(d), hold, any_limit, aside, params.zone.widest, gain)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
         if state.zone == STOP:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
@@ -144,7 +146,7 @@ class Monitor:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
         if guarded:
             limit = np.minimum(limit, self.params.zone.red_speed)
-        return state, Decision(limit, hold, any_limit, aside, gain)
+        return state, Decision(limit, hold, any_limit, aside, params.zone.widest, gain)
 
 
 def speed_scale(approach: NDArray, limit: NDArray) -> float:

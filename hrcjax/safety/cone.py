@@ -12,21 +12,24 @@ the cone of 90 degrees less theta about the direction away.
 import jax.numpy as jnp
 
 from hrcjax.numerics import safe_sqrt
-from hrcjax.typing import Array, Float
+from hrcjax.typing import Array, Float, Scalar
 
-STEEPEST = 1.0
-"""The largest tangent with which a retreat is asked to make up for motion across: that of 45 degrees [1]."""
+FLATTEST = 0.1
+"""The smallest cosine by which a retreat is asked to make up for motion across [1]."""
 
 
-def direction_sine(D: Float[Array, "*#row"], aside: Float[Array, "*#row"]) -> Float[Array, "*#row"]:
-    """sin theta: 1 where the person may be on any side [1].
+def direction_sine(
+    D: Float[Array, "*#row"], aside: Float[Array, "*#row"], widest: Scalar = 1.0
+) -> Float[Array, "*#row"]:
+    """sin theta, at most `widest`, which is 1 where the person may be on any side [1].
 
     Args:
         D: distance of a point's centre to the surface of the person [m].
         aside: e, how far the person may be beside where they are seen; 0: not at all [m].
+        widest: the largest sine that counts [1].
     """
-    near = jnp.maximum(aside, 1e-6) > D
-    return jnp.where(near, jnp.where(aside > 0, 1.0, 0.0), aside / jnp.where(near, 1.0, D))
+    some = aside > 0
+    return jnp.minimum(jnp.where(some, aside / jnp.where(some, jnp.maximum(D, aside), 1.0), 0.0), widest)
 
 
 def worst_approach(
@@ -48,7 +51,7 @@ def worst_approach(
 def steep_limit(
     limit: Float[Array, "*#row"], across: Float[Array, "*#row"], sine: Float[Array, "*#row"]
 ) -> Float[Array, "*#row"]:
-    """The limit of approach, less b tan theta: what keeps the worst approach within it, for angles up to 45 degrees [m/s].
+    """The limit of approach, less b tan theta: what keeps the worst approach within it, where it is 0 [m/s].
 
     Args:
         limit: of the approach along any direction within theta of that seen [m/s].
@@ -56,4 +59,4 @@ def steep_limit(
         sine: sin theta in [0, 1] [1].
     """
     cosine = safe_sqrt(1.0 - sine * sine)
-    return limit - across * jnp.minimum(sine / jnp.maximum(cosine, 1e-3), STEEPEST)
+    return limit - across * sine / jnp.maximum(cosine, FLATTEST)

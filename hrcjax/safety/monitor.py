@@ -60,6 +60,8 @@ class SafetyDecision(eqx.Module):
     """Largest speed of the reference in any direction; None: `speed_limit` [m/s]."""
     aside: Float[Array, ""] | None = None
     """How far the person may be beside where they are seen: the limits hold in all directions that this leaves open; None: 0 [m]."""
+    widest: Float[Array, ""] | None = None
+    """Sine of the largest angle between these and the direction seen; None: 1 [1]."""
     gain: Float[Array, ""] | None = None
     """How much faster the fastest point may become in this tick; None: no bound [m/s]."""
 
@@ -152,6 +154,7 @@ def monitor(
         reasons=reasons | pack({WAITING: waiting}),
         any_limit=any_limit.astype(d.dtype),
         aside=aside.astype(d.dtype),
+        widest=jnp.asarray(params.zone.widest, d.dtype),
         gain=gain.astype(d.dtype),
     )
 

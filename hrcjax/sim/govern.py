@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from hrcjax.numerics import computed, safe_norm, safe_sqrt
 from hrcjax.robot import Arm
 from hrcjax.safety import (
+    SafetyDecision,
     approach_rows,
     between_factor,
     direction_sine,
@@ -13,9 +14,7 @@ from hrcjax.safety import (
     half_gaps,
     has_direction,
     speed_scale,
-    steep_limit,
     surface_limit,
-    worst_approach,
 )
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.params import Params
@@ -84,13 +83,10 @@ class Rows(eqx.Module):
         along = jnp.sum(self.A * qd, axis=-1)
         return jnp.where(has_direction(self.g).reshape(-1), safe_sqrt(computed(whole - along * along)), 0.0)
 
-    def worst_speeds(self, qd: Joints, aside: Float[Array, ""]) -> Float[Array, "row"]:
-        """Approach speed of every row to a person who may be `aside` [m] beside where they are seen [m/s]."""
-        return worst_approach(self.speeds(qd), self.across(qd), direction_sine(self.reach, aside))
-
-    def steep(self, limit: Float[Array, "row"], qd: Joints, aside: Float[Array, ""]) -> Float[Array, "row"]:
-        """The limits of rows for such a person, at these joint speeds: see `steep_limit` [m/s]."""
-        return steep_limit(limit, self.across(qd), direction_sine(self.reach, aside))
+    def sines(self, decision: SafetyDecision) -> Float[Array, "row"]:
+        """Sine of the angle by which the direction of every row may be off [1]."""
+        aside = jnp.zeros_like(self.reach[0]) if decision.aside is None else decision.aside
+        return direction_sine(self.reach, aside, 1.0 if decision.widest is None else decision.widest)
 
     def limits(self, limit: Float[Array, "row"]) -> Float[Array, "point surface"]:
         """The limits that control points get, so that the links between them keep the given ones; none for what is far and has no

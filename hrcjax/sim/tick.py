@@ -11,7 +11,16 @@ from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import computed
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
-from hrcjax.safety import APPROACH_TOLERANCE, ClockState, SafetyDecision, guard, initial_clock, speed_scale
+from hrcjax.safety import (
+    APPROACH_TOLERANCE,
+    ClockState,
+    SafetyDecision,
+    guard,
+    initial_clock,
+    speed_scale,
+    steep_limit,
+    worst_approach,
+)
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.contact import contact_mobility_rows
 from hrcjax.sim.govern import Rows, fastest, govern
@@ -202,9 +211,7 @@ def steered(
         qd: present joint speeds [rad/s].
         top: largest speed of any point in any direction [m/s].
     """
-    limit = decision.point_limit
-    if decision.aside is not None:
-        limit = people.steep(limit, qd, decision.aside)
+    limit = steep_limit(decision.point_limit, people.across(qd), people.sines(decision))
     if decision.gain is not None and cell.motion != "path":  # there the clock alone sets the pace
         top = jnp.minimum(top, fastest(people.J, qd) + decision.gain)
     return govern(params, cell, asked, people, limit, room, top)
@@ -216,7 +223,7 @@ def approaching(qd: Joints, people: Rows, decision: SafetyDecision) -> Joints:
     A joint at the end of its range may not do what the others counted on, and a retreat that is given up in part may not make up for
     motion across.
     """
-    speeds = people.speeds(qd) if decision.aside is None else people.worst_speeds(qd, decision.aside)
+    speeds = worst_approach(people.speeds(qd), people.across(qd), people.sines(decision))
     return speed_scale(speeds, jnp.maximum(decision.point_limit, 0.0) * people.share + APPROACH_TOLERANCE) * qd
 
 

@@ -125,20 +125,22 @@ def test_a_point_between_two_surfaces_does_not_keep_the_hand_from_its_retreat() 
 
 def stopped(limit, aside, gain=1e3):
     """A decision of a stop."""
-    number = jnp.asarray(STOP, jnp.int32)
-    nothing, no = jnp.zeros(()), jnp.asarray(False)
+    number, nothing = jnp.asarray(STOP, jnp.int32), jnp.zeros(())
     return SafetyDecision(
-        number, nothing, limit, nothing, no, number, jnp.asarray(0.25), jnp.asarray(aside), jnp.asarray(gain)
-    )
+        zone=number, speed_limit=nothing, point_limit=limit, scale=nothing, hold=jnp.asarray(False), reasons=number,
+        any_limit=jnp.asarray(0.25), aside=jnp.asarray(aside), gain=jnp.asarray(gain),
+    )  # fmt: skip
 
 
 @jax.jit
 def settled(qd, rows, limit, room, aside):
     """The joint speeds after some ticks in which nothing changes, asked for the same each time."""
-    decision, got = stopped(limit, aside), qd
-    for _ in range(6):
-        got = approaching(steered(Params(), CELL, qd, got, rows, decision, room, jnp.asarray(0.25)), rows, decision)
-    return got
+    decision, top = stopped(limit, aside), jnp.asarray(0.25)
+
+    def once(_, got):
+        return approaching(steered(Params(), CELL, qd, got, rows, decision, room, top), rows, decision)
+
+    return jax.lax.fori_loop(0, 6, once, qd)
 
 
 def fastest_approach(qd, place, aside, rng):
@@ -155,20 +157,15 @@ def fastest_approach(qd, place, aside, rng):
 def test_in_a_stop_no_point_approaches_a_person_who_is_beside_where_they_are_seen(seed: int) -> None:
     """The person is exactly a point here; with the directions taken for exact, the same command approaches them."""
     rng = np.random.default_rng(seed)
-    hand = np.asarray(control_points(CELL.arm, HOME))[-1]
     way = rng.normal(size=3)
-    place = hand + 0.2 * way / np.linalg.norm(way)
+    place = np.asarray(control_points(CELL.arm, HOME))[-1] + 0.2 * way / np.linalg.norm(way)
     _, room = beside(place)
-    way = control_points(CELL.arm, HOME) - jnp.asarray(place)
-    reach = jnp.linalg.norm(way, axis=1)
-    g, d = way / reach[:, None], reach - CELL.arm.control_radii  # reach of the rows is that of the person
-    rows = Rows.towards(CELL.arm, d[:, None], g[:, None], J)
-    limit = jnp.where(rows.distance < 0.31, -0.02, 1.0).at[jnp.argmin(rows.distance)].set(-0.1)
+    away = control_points(CELL.arm, HOME) - jnp.asarray(place)
+    reach = jnp.linalg.norm(away, axis=1)
+    rows = Rows.towards(CELL.arm, (reach - CELL.arm.control_radii)[:, None], (away / reach[:, None])[:, None], J)
+    limit = jnp.where(reach < 0.5, -0.02, 1.0).at[jnp.argmin(reach)].set(-0.1)
     asked = jnp.asarray(rng.normal(size=6))
-    near = jnp.where(rows.reach < 0.5, limit, 1.0)
-    careful, careless = (
-        settled(asked, rows, jnp.minimum(near, jnp.where(rows.reach < 0.5, 0.0, 1.0)), room, a) for a in (0.05, 0.0)
-    )
+    careful, careless = (settled(asked, rows, limit, room, aside) for aside in (0.05, 0.0))
     assert fastest_approach(careful, place, 0.05, rng) <= APPROACH_TOLERANCE + 1e-6
     assert fastest_approach(careless, place, 0.05, rng) > 0.005, "the part that is tested"
 
