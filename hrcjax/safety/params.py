@@ -46,9 +46,9 @@ class ZoneParams(eqx.Module):
     """How far a person may be beside where an image shows them, when it is taken: directions in a stop are proof against it [m]."""
     across_speed: float = 0.5
     """Speed across that is assumed of a person in a stop besides, since the image was taken; our choice [m/s]."""
-    widest: float = 0.866
+    widest: float = 0.707
     """Sine of the largest angle by which a direction in a stop counts as off: at a touch every direction is open, and no motion would be
-    a retreat; our choice, 60 degrees [1]."""
+    a retreat; our choice, 45 degrees [1]."""
     stop_acceleration: float = 0.5
     """Largest gain of speed of the fastest point in a stop, where every image may turn a retreat; slowing down is not bounded by it
     [m/s^2]."""
