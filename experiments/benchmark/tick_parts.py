@@ -15,11 +15,10 @@ import jax.numpy as jnp
 from hrcjax.bits import pack
 from hrcjax.policy import limit_acceleration
 from hrcjax.robot import ArmState
-from hrcjax.safety import APPROACH_TOLERANCE, guard, speed_scale
+from hrcjax.safety import guard
 from hrcjax.sim import Cell, Fields, Params, Record
 from hrcjax.sim.cell import newest_frame
 from hrcjax.sim.episode import pack_cameras
-from hrcjax.sim.govern import govern
 from hrcjax.sim.guide import guide
 from hrcjax.sim.parts import ArmMotion, Separation, all_finite
 from hrcjax.sim.route import Route
@@ -32,10 +31,12 @@ from hrcjax.sim.tick import (
     TORQUE_LIMITED,
     Sensed,
     TickState,
+    approaching,
     control_motion,
     full_brake,
     joint_limits,
     read_room,
+    steered,
 )
 
 Values = dict[str, Any]
@@ -118,11 +119,9 @@ def _governor(cell: Cell, setting: Setting, sensed: Sensed, v: Mapping[str, Any]
     brake = full_brake(qd, limits, dt)
     safe, bad = guard(v["guidance"].asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
-    ahead = govern(setting.params, cell, qd + limited * dt, people, decision.point_limit, v["room"], v["top"])
+    ahead = steered(setting.params, cell, qd + limited * dt, qd, people, decision, v["room"], v["top"])
     limited, _ = limit_acceleration((ahead - qd) / dt, q, qd, limits, dt)
-    after = qd + limited * dt
-    room_left = jnp.maximum(decision.point_limit, 0.0) * people.share + APPROACH_TOLERANCE
-    after = speed_scale(people.speeds(after), room_left) * after
+    after = approaching(qd + limited * dt, people, decision)
     governed = jnp.where(v["hold"], brake, (after - qd) / dt)
     limited, _ = limit_acceleration(governed, q, qd, limits, dt)
     qdd, unbounded = guard(limited, brake)

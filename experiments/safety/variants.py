@@ -101,10 +101,15 @@ def variant_part(arm: Arm, contact_mass: str = "standard") -> SafetyPart:
         limit = jnp.where(bare & ~found.hold, jnp.minimum(before_contact(params.safety, told), nominal), limit)
         limit = jnp.where(free, UNBOUNDED, limit)
         most = jnp.where(free, UNBOUNDED, jnp.where((force | bare) & ~found.hold, nominal, most))
-        return memory, eqx.tree_at(
-            lambda d: (d.point_limit, d.speed_limit, d.any_limit, d.hold),
-            eqx.tree_at(lambda d: d.any_limit, found, most, is_leaf=lambda x: x is None),
-            (limit, jnp.maximum(jnp.min(limit), 0.0), most, found.hold & ~free),
+        stops = ~(force | free | bare)  # the others have no stop in which directions count
+        return memory, replace(
+            found,
+            point_limit=limit,
+            speed_limit=jnp.maximum(jnp.min(limit), 0.0),
+            any_limit=most,
+            hold=found.hold & ~free,
+            aside=None if found.aside is None else jnp.where(stops, found.aside, 0.0),
+            gain=None if found.gain is None else jnp.where(stops, found.gain, UNBOUNDED),
         )
 
     return SafetyPart(initial_zone, decide, lambda params: params.yardstick)

@@ -162,14 +162,16 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
         brake = brake / max((np.abs(brake) / limits.qdd_max).max(), 1.0)
         bad = not np.isfinite(asked).all()
         ahead = qd + limit_acceleration(brake if bad else asked, q, qd, limits, dt) * dt
+        limit = people.steep(decision.point_limit, qd, decision.aside, decision.widest)
         if cell.motion == "path":
-            ahead = speed_scale(people.speeds(ahead), people.share * decision.point_limit) * ahead
+            ahead = speed_scale(people.speeds(ahead), people.share * limit) * ahead
             ahead = slowed(people.J, ahead, decision.any_limit)
         else:
-            ahead = govern(motion, robot, ahead, people, decision.point_limit, room, decision.any_limit)
+            fastest = float(np.linalg.norm(people.J @ qd, axis=-1).max())
+            ahead = govern(motion, robot, ahead, people, limit, room, min(decision.any_limit, fastest + decision.gain))
         after = qd + limit_acceleration((ahead - qd) / dt, q, qd, limits, dt) * dt
         left = np.maximum(decision.point_limit, 0.0) * people.share + APPROACH_TOLERANCE
-        after = speed_scale(people.speeds(after), left) * after
+        after = speed_scale(people.worst(after, decision.aside, decision.widest), left) * after
         qdd = limit_acceleration(brake if decision.hold else (after - qd) / dt, q, qd, limits, dt)
         tau, clipped, broken = arm.servo(motion.servo_gain, qdd)
         rows.append(

@@ -17,6 +17,7 @@ from hrcjax.reference.route import SerialRoute, law_speed
 from hrcjax.reference.safety import Decision, between_factor, governed, path_speed, speed_scale, surface_limit
 from hrcjax.robot import Arm
 from hrcjax.safety import half_gaps
+from hrcjax.safety.cone import FLATTEST
 from hrcjax.sim import Cell, MotionParams, Params
 from hrcjax.sim.default_parts import PERSON_FADE, PUSH_FADE
 from hrcjax.sim.govern import IN_A_GAP, LOST, RETREAT_TURN
@@ -38,6 +39,7 @@ class Approach:
     """Rows of the approach: the surfaces of a point follow one another."""
 
     distance: NDArray
+    radius: NDArray
     share: NDArray
     A: NDArray
     lost: NDArray
@@ -48,6 +50,31 @@ class Approach:
         """Approach speed of every row [m/s]."""
         whole = np.repeat(np.linalg.norm(self.J @ qd, axis=-1), self.g.shape[1])
         return np.where(self.lost, whole, self.A @ qd)
+
+    def worst(self, qd: NDArray, aside: float, widest: float) -> NDArray:
+        """Approach speed of every row along the worst direction to a person who is up to `aside` [m] beside where they are seen [m/s]."""
+        along, across, angle = self.speeds(qd), self.across(qd), self.angle(aside, widest)
+        return np.hypot(along, across) * np.cos(np.maximum(np.arctan2(across, along) - angle, 0.0))
+
+    def steep(self, limit: NDArray, qd: NDArray, aside: float, widest: float) -> NDArray:
+        """The limits that make up for motion across [m/s]."""
+        angle = self.angle(aside, widest)
+        return limit - self.across(qd) * np.sin(angle) / np.maximum(np.cos(angle), FLATTEST)
+
+    def angle(self, aside: float, widest: float) -> NDArray:
+        """The angle by which the direction of every row may be off [rad]."""
+        if aside <= 0:
+            return np.zeros_like(self.distance)
+        reach = self.distance + np.repeat(self.radius, self.g.shape[1])
+        return np.arcsin(np.minimum(np.where(reach < aside, 1.0, aside / np.maximum(reach, aside)), widest))
+
+    def across(self, qd: NDArray) -> NDArray:
+        """Speed of every row's point across its direction; without direction 0 [m/s]."""
+        v = np.repeat(self.J @ qd, self.g.shape[1], axis=0)
+        directed = _directed(self.g).ravel()
+        g = np.where(directed[:, None], self.g.reshape(-1, 3), 0.0)
+        g = g / np.where(directed, np.sqrt((g * g).sum(axis=-1)), 1.0)[:, None]
+        return np.where(directed, np.linalg.norm(np.cross(g, v), axis=-1), 0.0)
 
     def limits(self, limit: NDArray) -> NDArray:
         """The limits that control points get; infinite for what is far and has no direction, (point surface) [m/s]."""
@@ -79,7 +106,9 @@ def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     gaps = half_gaps(arm.control_links, arm.control_offsets)
     share = between_factor(distance + arm.control_radii[:, None], gaps[:, None])
     lost = ~directed & (distance < LOST)
-    return Approach(distance.ravel(), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J)
+    return Approach(
+        distance.ravel(), np.asarray(arm.control_radii), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J
+    )
 
 
 def govern(

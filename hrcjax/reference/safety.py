@@ -3,7 +3,7 @@
 The least change of a command is solved exactly here, by nonnegative least squares.
 """
 
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +35,12 @@ class Decision(NamedTuple):
     """Whether the arm must stop."""
     any_limit: float
     """Largest speed of the reference in any direction [m/s]."""
+    aside: float
+    """How far the person may be beside where they are seen [m]."""
+    widest: float
+    """Sine of the largest angle by which a direction counts as off [1]."""
+    gain: float
+    """How much faster the fastest point may become in this tick [m/s]."""
 
 
 def safe_distance(params: SsmParams, v: float) -> float:
@@ -117,8 +123,13 @@ class Monitor:
         state = self.update(state, float(d.min()), hold, YELLOW if guarded else GREEN)
         slow = state.zone in (RED, STOP) or guarded
         any_limit = 0.0 if hold else params.zone.red_speed if slow else params.zone.nominal_speed
+        aside, gain = 0.0, inf
+        if state.zone == STOP:
+            old = min(max(age, 0.0), params.max_age) + self.dt
+            aside = params.zone.aside + params.zone.across_speed * old
+            gain = params.zone.stop_acceleration * self.dt
         if hold:
-            return state, Decision(np.zeros_like(d), hold, any_limit)
+            return state, Decision(np.zeros_like(d), hold, any_limit, aside, params.zone.widest, gain)
         limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
         if state.zone == STOP:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
@@ -135,7 +146,7 @@ class Monitor:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
         if guarded:
             limit = np.minimum(limit, self.params.zone.red_speed)
-        return state, Decision(limit, hold, any_limit)
+        return state, Decision(limit, hold, any_limit, aside, params.zone.widest, gain)
 
 
 def speed_scale(approach: NDArray, limit: NDArray) -> float:

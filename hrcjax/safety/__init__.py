@@ -2,6 +2,7 @@
 
 from hrcjax.safety.between import between_factor, half_gaps
 from hrcjax.safety.clock import ClockState, advance, initial_clock, stop_length
+from hrcjax.safety.cone import direction_sine, steep_limit, worst_approach
 from hrcjax.safety.contact_mass import ContactMobility, link_neighbours
 from hrcjax.safety.governed import approach_rows, governed, has_direction, unit_direction
 from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
@@ -60,9 +61,9 @@ __all__ = [
     "STOP", "TOO_CLOSE", "UNLIMITED", "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState", "ContactMobility",
     "PflParams", "SafetyDecision", "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance",
     "allowed_speed", "approach_rows", "approach_speeds", "assumed_human_speed", "between_factor", "contact_mobility",
-    "describe", "effective_mass", "governed", "governor", "guard", "half_gaps", "has_direction", "initial_clock",
+    "describe", "direction_sine", "effective_mass", "governed", "governor", "guard", "half_gaps", "has_direction", "initial_clock",
     "initial_zone", "least_change", "link_neighbours", "monitor", "path_speed", "pfl_speed", "pfl_speeds", "protective_distance",
     "reduced_mass", "reduced_mass_of_mobility", "reflected_mass", "safe_distance", "separation_distance",
-    "speed_scale", "stop_length", "stopping_distance", "stopping_time", "surface_limit", "unit_direction",
-    "update_zone", "zone_at", "zone_speed", "zone_thresholds",
+    "speed_scale", "steep_limit", "stop_length", "stopping_distance", "stopping_time", "surface_limit", "unit_direction",
+    "update_zone", "worst_approach", "zone_at", "zone_speed", "zone_thresholds",
 ]  # fmt: skip

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.bits import pack, words
 from hrcjax.safety.governor import speed_scale
+from hrcjax.safety.least_change import UNLIMITED
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
 from hrcjax.safety.zones import (
@@ -57,6 +58,12 @@ class SafetyDecision(eqx.Module):
     """Bits of why the robot is stopped; 0 exactly where the zone is not STOP. In words: `describe`."""
     any_limit: Float[Array, ""] | None = None
     """Largest speed of the reference in any direction; None: `speed_limit` [m/s]."""
+    aside: Float[Array, ""] | None = None
+    """How far the person may be beside where they are seen: the limits hold in all directions that this leaves open; None: 0 [m]."""
+    widest: Float[Array, ""] | None = None
+    """Sine of the largest angle between these and the direction seen; None: 1 [1]."""
+    gain: Float[Array, ""] | None = None
+    """How much faster the fastest point may become in this tick; None: no bound [m/s]."""
 
 
 def monitor(
@@ -78,7 +85,8 @@ def monitor(
     The zone follows the nearest point; every point gets the limit of its own distance. The limits hold for motion
     towards the person: in a stop for closeness the robot may still retreat, and points far from everybody may move. Old, invalid or missing data, also from
     the future, hold the robot still in every direction. Motion that approaches nobody is bounded by the nominal speed, and in
-    red and stop, or guarded, by the red speed.
+    red and stop, or guarded, by the red speed. In a stop limits hold in all directions in which the person may be by now, and
+    speed grows slowly.
 
     Args:
         d: distance of every control point's surface to the person; no person: a large finite number [m].
@@ -132,6 +140,10 @@ def monitor(
     )
     slow = (state.zone == RED) | (state.zone == STOP) | jnp.asarray(guarded)
     any_limit = jnp.where(hold, 0.0, jnp.where(slow, params.zone.red_speed, params.zone.nominal_speed))
+    stopped = state.zone == STOP
+    moved = params.zone.across_speed * (jnp.clip(jnp.asarray(age), 0.0, params.max_age) + dt)
+    aside = jnp.where(stopped, params.zone.aside + moved, 0.0)
+    gain = jnp.where(stopped, params.zone.stop_acceleration * dt, UNLIMITED)
     waiting = (state.zone == STOP) & (reasons == 0)
     return state, SafetyDecision(
         zone=state.zone,
@@ -141,6 +153,9 @@ def monitor(
         hold=hold,
         reasons=reasons | pack({WAITING: waiting}),
         any_limit=any_limit.astype(d.dtype),
+        aside=aside.astype(d.dtype),
+        widest=jnp.asarray(params.zone.widest, d.dtype),
+        gain=gain.astype(d.dtype),
     )
 
 

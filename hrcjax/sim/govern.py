@@ -3,9 +3,19 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from hrcjax.numerics import computed, safe_norm
+from hrcjax.numerics import computed, safe_norm, safe_sqrt
 from hrcjax.robot import Arm
-from hrcjax.safety import approach_rows, between_factor, governed, half_gaps, has_direction, speed_scale, surface_limit
+from hrcjax.safety import (
+    SafetyDecision,
+    approach_rows,
+    between_factor,
+    direction_sine,
+    governed,
+    half_gaps,
+    has_direction,
+    speed_scale,
+    surface_limit,
+)
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Clearance
@@ -28,6 +38,8 @@ class Rows(eqx.Module):
 
     distance: Float[Array, "row"]
     """Distance to the surface; the surfaces of a point follow one another [m]."""
+    reach: Float[Array, "row"]
+    """The same from the centre of the point's sphere [m]."""
     share: Float[Array, "row"]
     """Share of a limit that the control point gets, so that the link between it and its neighbours keeps the whole [1]."""
     A: Float[Array, "row joint"]
@@ -53,14 +65,28 @@ class Rows(eqx.Module):
         """
         dtype = distance.dtype
         radii, gaps = arm.control_radii, half_gaps(arm.control_links, arm.control_offsets)
-        share = between_factor(distance + jnp.asarray(radii, dtype)[:, None], jnp.asarray(gaps, dtype)[:, None])
+        reach = distance + jnp.asarray(radii, dtype)[:, None]
+        share = between_factor(reach, jnp.asarray(gaps, dtype)[:, None])
         lost = ~has_direction(g) & (distance < LOST)
-        return Rows(distance.reshape(-1), share.reshape(-1), approach_rows(J, g), lost.reshape(-1), g, J)
+        return Rows(
+            distance.reshape(-1), reach.reshape(-1), share.reshape(-1), approach_rows(J, g), lost.reshape(-1), g, J
+        )
 
     def speeds(self, qd: Joints) -> Float[Array, "row"]:
         """Approach speed of every row; negative for a retreat [m/s]."""
         whole = jnp.repeat(safe_norm(computed(jnp.sum(self.J * qd, axis=-1))), self.g.shape[1])
         return jnp.where(self.lost, whole, computed(jnp.sum(self.A * qd, axis=-1)))
+
+    def across(self, qd: Joints) -> Float[Array, "row"]:
+        """Speed of every row's point across its direction; without direction 0 [m/s]."""
+        whole = jnp.repeat(jnp.sum(jnp.sum(self.J * qd, axis=-1) ** 2, axis=-1), self.g.shape[1])
+        along = jnp.sum(self.A * qd, axis=-1)
+        return jnp.where(has_direction(self.g).reshape(-1), safe_sqrt(computed(whole - along * along)), 0.0)
+
+    def sines(self, decision: SafetyDecision) -> Float[Array, "row"]:
+        """Sine of the angle by which the direction of every row may be off [1]."""
+        aside = jnp.zeros_like(self.reach[0]) if decision.aside is None else decision.aside
+        return direction_sine(self.reach, aside, 1.0 if decision.widest is None else decision.widest)
 
     def limits(self, limit: Float[Array, "row"]) -> Float[Array, "point surface"]:
         """The limits that control points get, so that the links between them keep the given ones; none for what is far and has no
@@ -104,6 +130,11 @@ def govern(
     stop = jnp.where(standing.lost, jnp.maximum(stop, IN_A_GAP), stop)
     kept = governed(qd, people.J, g, jnp.concatenate([people.limits(limit), standing.limits(stop)], axis=1))
     return slowed(people.J, kept, top)
+
+
+def fastest(J: Float[Array, "point 3 joint"], qd: Joints) -> Float[Array, ""]:
+    """Speed of the fastest point [m/s]."""
+    return jnp.max(safe_norm(jnp.sum(J * qd, axis=-1)))
 
 
 def slowed(J: Float[Array, "point 3 joint"], qd: Joints, top: Float[Array, ""]) -> Joints:

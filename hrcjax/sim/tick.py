@@ -11,10 +11,20 @@ from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import computed
 from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
-from hrcjax.safety import APPROACH_TOLERANCE, STOP, ClockState, guard, initial_clock, speed_scale
+from hrcjax.safety import (
+    APPROACH_TOLERANCE,
+    STOP,
+    ClockState,
+    SafetyDecision,
+    guard,
+    initial_clock,
+    speed_scale,
+    steep_limit,
+    worst_approach,
+)
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.contact import contact_mobility_rows
-from hrcjax.sim.govern import Rows, govern
+from hrcjax.sim.govern import Rows, fastest, govern
 from hrcjax.sim.guide import Guidance, guide
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Separation, all_finite, unit_where_long
@@ -157,12 +167,9 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     safe, bad = guard(guidance.asked, brake)
     limited, _ = limit_acceleration(safe, q, qd, limits, dt)
     asked = computed(qd + limited * dt)
-    ahead = computed(govern(params, cell, asked, towards_people, decision.point_limit, room, any_limit))
+    ahead = computed(steered(params, cell, asked, qd, towards_people, decision, room, any_limit))
     limited, _ = limit_acceleration((ahead - qd) / dt, q, qd, limits, dt)
-    # a joint at the end of its range may not do what the others counted on
-    room_left = jnp.maximum(decision.point_limit, 0.0) * towards_people.share + APPROACH_TOLERANCE
-    after = qd + limited * dt
-    after = speed_scale(towards_people.speeds(after), room_left) * after
+    after = computed(approaching(qd + limited * dt, towards_people, decision))
     governed = jnp.where(hold, brake, (after - qd) / dt)
     limited, _ = limit_acceleration(governed, q, qd, limits, dt)
     qdd, unbounded = guard(limited, brake)
@@ -196,6 +203,39 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
         status=status,
     )
     return TickState(moved, guidance.clock, memory), record
+
+
+def steered(
+    params: Params,
+    cell: Cell,
+    asked: Joints,
+    qd: Joints,
+    people: Rows,
+    decision: SafetyDecision,
+    room: Clearance,
+    top: Float[Array, ""],
+) -> Joints:
+    """The joint speeds nearest to those asked for that the decision allows [rad/s].
+
+    Args:
+        asked: joint speeds asked for [rad/s].
+        qd: present joint speeds [rad/s].
+        top: largest speed of any point in any direction [m/s].
+    """
+    limit = steep_limit(decision.point_limit, people.across(qd), people.sines(decision))
+    if decision.gain is not None and cell.motion != "path":  # there the clock alone sets the pace
+        top = jnp.minimum(top, fastest(people.J, qd) + decision.gain)
+    return govern(params, cell, asked, people, limit, room, top)
+
+
+def approaching(qd: Joints, people: Rows, decision: SafetyDecision) -> Joints:
+    """The joint speeds, scaled down so that no row approaches faster than it may, wherever the person may be by now [rad/s].
+
+    A joint at the end of its range may not do what the others counted on, and a retreat that is given up in part may not make up for
+    motion across.
+    """
+    speeds = worst_approach(people.speeds(qd), people.across(qd), people.sines(decision))
+    return speed_scale(speeds, jnp.maximum(decision.point_limit, 0.0) * people.share + APPROACH_TOLERANCE) * qd
 
 
 def read_room(params: Params, cell: Cell, fields: Fields, body: PointMotion) -> tuple[Clearance, Rows]:

@@ -9,10 +9,11 @@ import pytest
 
 from hrcjax.cells import make_cell
 from hrcjax.robot import control_points
-from hrcjax.safety import APPROACH_TOLERANCE
+from hrcjax.safety import APPROACH_TOLERANCE, STOP, SafetyDecision
 from hrcjax.safety.least_change import EFFORT, least_change
 from hrcjax.sim import Clearance, Params
 from hrcjax.sim.govern import IN_A_GAP, RETREAT_TURN, Rows, govern
+from hrcjax.sim.tick import approaching, steered
 
 CELL = make_cell()
 HOME = jnp.asarray(CELL.arm.home)
@@ -120,3 +121,76 @@ def test_a_point_between_two_surfaces_does_not_keep_the_hand_from_its_retreat() 
     )
     assert way @ np.asarray(J)[hand] @ got > 0.05
     assert abs(side @ np.asarray(J)[elbow] @ got) <= APPROACH_TOLERANCE
+
+
+def stopped(limit, aside, gain=1e3):
+    """A decision of a stop."""
+    number, nothing = jnp.asarray(STOP, jnp.int32), jnp.zeros(())
+    return SafetyDecision(
+        zone=number, speed_limit=nothing, point_limit=limit, scale=nothing, hold=jnp.asarray(False), reasons=number,
+        any_limit=jnp.asarray(0.25), aside=jnp.asarray(aside), gain=jnp.asarray(gain),
+    )  # fmt: skip
+
+
+@jax.jit
+def settled(qd, rows, limit, room, aside):
+    """The joint speeds after some ticks in which nothing changes, asked for the same each time."""
+    decision, top = stopped(limit, aside), jnp.asarray(0.25)
+
+    def once(_, got):
+        return approaching(steered(Params(), CELL, qd, got, rows, decision, room, top), rows, decision)
+
+    return jax.lax.fori_loop(0, 6, once, qd)
+
+
+def fastest_approach(qd, place, aside, rng):
+    """Of control points nearer than 0.4 m to a place, towards a person, a point, who is up to `aside` [m] from it [m/s]."""
+    x, v = np.asarray(control_points(CELL.arm, HOME)), np.asarray(J) @ np.asarray(qd)
+    moved = rng.normal(size=(500, 3))
+    moved *= aside * rng.uniform(0, 1, (500, 1)) / np.linalg.norm(moved, axis=1, keepdims=True)
+    way = np.asarray(place) + moved[:, None] - x
+    size = np.linalg.norm(way, axis=-1)
+    near = np.linalg.norm(np.asarray(place) - x, axis=-1) < 0.4
+    return ((way * v).sum(axis=-1) / size)[:, near].max()
+
+
+def test_in_a_stop_no_point_approaches_a_person_who_is_beside_where_they_are_seen() -> None:
+    """The person is exactly a point here. With the directions taken for exact, many of these commands approach them."""
+    rng, careful, careless = np.random.default_rng(0), [], []
+    for _ in range(10):
+        way = rng.normal(size=3)
+        place = np.asarray(control_points(CELL.arm, HOME))[-1] + 0.2 * way / np.linalg.norm(way)
+        _, room = beside(place)
+        away = control_points(CELL.arm, HOME) - jnp.asarray(place)
+        reach = jnp.linalg.norm(away, axis=1)
+        rows = Rows.towards(CELL.arm, (reach - CELL.arm.control_radii)[:, None], (away / reach[:, None])[:, None], J)
+        limit = jnp.where(reach < 0.5, -0.02, 1.0).at[jnp.argmin(reach)].set(-0.1)
+        asked = jnp.asarray(rng.normal(size=6))
+        for found, aside in ((careful, 0.05), (careless, 0.0)):
+            found.append(fastest_approach(settled(asked, rows, limit, room, aside), place, 0.05, rng))
+    assert max(careful) <= APPROACH_TOLERANCE + 1e-6
+    assert (np.array(careless) > 0.005).sum() >= 4, "the part that is tested"
+
+
+def test_in_a_stop_speed_grows_slowly_and_falls_at_once() -> None:
+    rows, room = beside([3.0, 3.0, 0.5])
+    decision = stopped(jnp.full(POINTS, 1.0), 0.0, 0.004)
+    asked = jnp.asarray([0.5, 0.2, 0.1, 0.0, 0.3, 0.0])
+    got = steered(Params(), CELL, asked, 0.1 * asked, rows, decision, room, jnp.asarray(0.25))
+    np.testing.assert_allclose(speeds(got).max(), speeds(0.1 * asked).max() + 0.004, rtol=1e-6)
+    got = steered(Params(), CELL, 0.01 * asked, asked, rows, decision, room, jnp.asarray(0.25))
+    np.testing.assert_allclose(got, 0.01 * asked)
+    fixed = replace(CELL, motion="path")
+    got = steered(Params(), fixed, 0.2 * asked, 0.1 * asked, rows, decision, room, jnp.asarray(10.0))
+    np.testing.assert_allclose(got, 0.2 * asked, err_msg="the clock alone sets the pace of a path")
+
+
+def test_a_steady_retreat_passes_whole() -> None:
+    """Somebody before the hand alone, and far from all else: it goes away as fast as without doubt about their place, nearly."""
+    hand = control_points(CELL.arm, HOME)[-1]
+    rows, room = beside(hand + jnp.asarray([0.35, 0.0, -0.1]))
+    limit = jnp.where(rows.distance < 0.36, -0.1, 1.0)
+    nearest = int(jnp.argmin(rows.distance))
+    careful, careless = (settled(jnp.zeros(6), rows, limit, room, aside) for aside in (0.05, 0.0))
+    away = [-float(rows.A[nearest] @ qd) for qd in (careful, careless)]
+    assert away[0] > 0.7 * away[1] > 0.03
