@@ -55,6 +55,7 @@ def pictures(cell: Cell, person: Person, traces: Mapping[str, Trace]) -> list[ND
                 part.set(xlabel=view[2], ylabel=view[3], xlim=view[4], ylim=view[5], aspect="equal", title=title)
                 tidy(part)
         canvas.draw()
+        figure.set_layout_engine("none")  # solved once: at every picture it would take most of the time
         found.append(np.asarray(canvas.buffer_rgba())[..., :3].copy())
     return found
 

@@ -35,7 +35,7 @@ TITLES = {
 def trajectories(traces: Mapping[str, Mapping[str, Trace]]) -> Figure:
     """For some people (a row each): the tool's way of every system from above and from the front; over time the tool's speed and the
     exact distance of the arm to the person."""
-    figure = new_figure(15, 3.6 * len(traces))
+    figure = new_figure(15.0, 3.6 * len(traces))
     grid = figure.subplots(len(traces), 4, squeeze=False, width_ratios=[1, 1, 1.5, 1.5])
     for line, (person, systems) in enumerate(traces.items()):
         for name, trace in systems.items():
@@ -63,7 +63,7 @@ def trajectories(traces: Mapping[str, Mapping[str, Trace]]) -> Figure:
 
 def measures(pairs: Sequence[Pair], systems: Sequence[str]) -> Figure:
     """A column for every system, a dot for every run, its median as a line; grey lines join ours and the baseline of a pair."""
-    figure = new_figure(15, 4.6)
+    figure = new_figure(15.0, 4.6)
     for part, measure in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
         places = {name: k for k, name in enumerate(systems)}
         values = {name: np.array([getattr(pair.by[name], measure) for pair in pairs], float) for name in systems}
@@ -91,7 +91,7 @@ def measures(pairs: Sequence[Pair], systems: Sequence[str]) -> Figure:
 
 def trade(pairs: Sequence[Pair], systems: Sequence[str]) -> Figure:
     """Jerk against cycle time of every run, in SI units: smoothness at one time is what compares."""
-    figure = new_figure(7, 4.6)
+    figure = new_figure(7.0, 4.6)
     part: Axes = figure.subplots()
     for name in systems:
         cycle, jerk = (np.array([getattr(pair.by[name], m) for pair in pairs]) for m in ("cycle_time", "msj_si"))
