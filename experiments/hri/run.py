@@ -26,14 +26,15 @@ from hrcjax.world import MOTIONS
 from .baseline import octree, planning, timing
 from .case import kept, measures_of, trace_of
 from .config import SYSTEMS, HriConfig
+from .numbers import our_params
 from .page import page
 from .rows import Pair, Rows, all_rows, holds
-from .systems import BASELINES, SCENE, Bench, our_params
+from .systems import BASELINES, SCENE, Bench
 
 PARTS = {"pyoctomap": octree.installed, "ompl": planning.installed, "toppra": timing.installed}
 """What the baseline is made of, and whether it is there."""
 AFTERWARDS = (
-    "case.py", "measures.py", "rows.py", "page.py", "figures.py", "animation.py", "film.py", "config.py", "run.py", "__main__.py",
+    "case.py", "measures.py", "rows.py", "page.py", "figures.py", "animation.py", "film.py", "config.py", "run.py", "numbers.py", "__main__.py",
     "__init__.py",
 )  # fmt: skip
 """Files that only read finished runs."""

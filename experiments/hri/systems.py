@@ -45,15 +45,6 @@ EXPLAINED = OURS | BASELINES
 SYSTEMS = tuple(EXPLAINED)
 
 
-def our_params(speed: float) -> Params:
-    """The parameters of our systems: the cell's own, but for the pace.
-
-    Args:
-        speed: largest speed of the reference [m/s].
-    """
-    return eqx.tree_at(lambda p: p.motion.speed, Params(), speed)
-
-
 def cell_of(system: str, cell: Cell) -> Cell:
     """The cell of one of our systems."""
     motion: Literal["both", "path"] = "path" if system == "path" else "both"

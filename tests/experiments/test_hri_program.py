@@ -288,7 +288,7 @@ def test_the_program_keeps_runs_and_writes_rows_page_and_figures(
     assert run_module.run(replace(config, seeds=2, finished=True, figures=False)) == 0 and len(made) == 6
     capsys.readouterr()
     rows = json.loads((tmp_path / "rows.json").read_text())["hri"]
-    assert rows["pairs"]["value"] == 2 and rows["msj_si_ratio"]["value"] > 10 and rows["cycle_time_ratio"]["value"] == 1
+    assert rows["pairs"]["value"] == 2 and rows["msj_si_ratio"]["value"] > 2 and rows["cycle_time_ratio"]["value"] == 1
     text = (tmp_path / "docs/hri.md").read_text()
     assert "| msj_ratio |" in text and "(missed)" in text and "| reach_in 0 |" in text
     for name in ("trajectories.png", "measures.png", "trade.png", "pair.gif"):
