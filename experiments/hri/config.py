@@ -58,7 +58,7 @@ class HriConfig:
     """The same for recorded people, of whom noise and planner's samples alone change."""
     seconds: float = 12.0
     """Length of a run [s]."""
-    speed: float = 0.5
+    speed: float = 0.51
     """Largest speed of the reference of our systems [m/s]."""
     slow_scale: float = 0.05
     """Share of the joints' accelerations that baseline_slow uses [1]."""
