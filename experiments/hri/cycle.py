@@ -81,7 +81,8 @@ def cycled(
     """
     task = Task(known.scene, known.q_start, params.potential, cell.arm)
     way = to_and_fro(plan_route(params, cell, task)[1])
-    ends = jax.vmap(lambda q: tool_axes(*tool_frame(cell.arm, q)[::-1]))(waypoints)
+    R, x = jax.vmap(lambda q: tool_frame(cell.arm, q))(waypoints)
+    ends = jax.vmap(tool_axes)(x, R)
     leg_phase = way.length / LEGS
     images = ticks_of(cell, known, key)
 

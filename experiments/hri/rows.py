@@ -95,7 +95,7 @@ def interval(values: NDArray) -> tuple[float, float, float]:
     """Median and its 95 % interval by the bootstrap over pairs; NaN where there are none."""
     values = values[np.isfinite(values)]
     if not len(values):
-        return (math.nan,) * 3
+        return math.nan, math.nan, math.nan
     draw = np.random.default_rng(0).integers(len(values), size=(DRAWS, len(values)))
     low, high = np.percentile(np.median(values[draw], axis=1), [2.5, 97.5])
     return float(np.median(values)), float(low), float(high)

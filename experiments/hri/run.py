@@ -50,7 +50,7 @@ def _check(config: HriConfig) -> None:
     each_once(config, "systems", "people")
     check_worlds((SCENE,), people(config))
     at_least(config, 1, "seeds", "recording_seeds")
-    at_least(config, 1.0, "seconds")
+    at_least(config, 1, "seconds")
     if not 0 < config.speed <= 2 or not 0 < config.slow_scale <= 1:
         raise UsageError("--speed: accepted is above 0 up to 2 m/s; --slow-scale: above 0 up to 1")
     if set(config.systems) & set(BASELINES):

@@ -115,7 +115,7 @@ def ticks_of(cell: Cell, known: Surveyed, key: PRNGKeyArray) -> TickImage:
 
 
 def look(
-    params: Params, cell: Cell, known: Surveyed, sense: SenseParams, state: Watch, kept: Kept, q: Joints, t: Scalar,
+    params: Params, cell: Cell, known: Surveyed, sense: SenseParams, state: Watch, kept: Kept, q: Joints, t: Float[Array, ""],
     camera: Array, key: PRNGKeyArray,
 ) -> tuple[Watch, Kept]:  # fmt: skip
     """The cameras' state after one image, with the field of the people in it kept.
