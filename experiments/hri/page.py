@@ -126,6 +126,8 @@ def page(
     text = HEAD.format(people=", ".join(names), pairs=len(pairs), seconds=config.seconds, systems=listed)
     if not pairs:
         return text + "\nNo pair is finished.\n"
+    if config.finished:
+        text += "\nThese are the pairs that an interrupted run had finished; the command without `--finished` computes the others.\n"
     if {"ours", "baseline"} <= set(systems):
         text += f"\n## Pairs\n\n{ratio_table(rows, systems)}\n"
     text += f"\n## Medians\n\n{paper_table(rows, systems)}\n{READ}"
