@@ -14,7 +14,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 PAGE = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
 OURS = {"hrcjax", "experiments", "configs"}
 MODULES = {
-    "mujoco-mjx": "mujoco.mjx", "orbax-checkpoint": "orbax", "pillow": "PIL", "ur-analytic-ik": "ur_analytic_ik",
+    "imageio-ffmpeg": "imageio_ffmpeg", "mujoco-mjx": "mujoco.mjx", "orbax-checkpoint": "orbax", "pillow": "PIL", "ur-analytic-ik": "ur_analytic_ik",
     "import-linter": "importlinter", "pytest-xdist": "xdist",
 }  # fmt: skip
 """Of packages whose module has another name."""
@@ -69,9 +69,16 @@ def test_imported_is_declared() -> None:
     known = set(sys.stdlib_module_names) | OURS | declared | {"mpl_toolkits"}  # comes with matplotlib
     top = {name.split(".")[0] for name in CODE}
     assert top - known - optional == set()
-    assert (top & optional) - known <= {"rosbags", "cmaes", "optax", "orbax", "ompl", "pyoctomap", "toppra"}, (
-        "an extra that the programs import themselves"
-    )
+    assert (top & optional) - known <= {
+        "rosbags",
+        "cmaes",
+        "optax",
+        "orbax",
+        "ompl",
+        "pyoctomap",
+        "toppra",
+        "imageio_ffmpeg",
+    }, "an extra that the programs import themselves"
     local = {file.stem for file in (ROOT / "tests").rglob("*.py")}
     known |= {"IPython"}  # comes with ipykernel
     assert {name.split(".")[0] for name in TESTS} - known - optional - local == set()

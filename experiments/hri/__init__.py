@@ -1,1 +1,1 @@
-"""The HRI paper's experiment: a robot cycles between two waypoints while a person puts an arm in its way."""
+"""The HRI paper's experiment: our systems and the baseline between two waypoints, beside people who reach in."""

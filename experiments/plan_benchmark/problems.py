@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +52,7 @@ class Problems:
     def solids(self, which: NDArray) -> RoundedBoxes:
         """The obstacles of some problems, single precision."""
         arrays = (self.center, self.half, self.radius, *([] if self.rotation is None else [self.rotation]))
-        return RoundedBoxes(*(np.float32(x[which]) for x in arrays))
+        return RoundedBoxes(*(jnp.asarray(x[which], jnp.float32) for x in arrays))
 
     def taken(self, index: NDArray) -> "Problems":
         """Some of them."""

@@ -78,8 +78,8 @@ class Program:
 
     def __init__(self, model: LinkModel, problems: Problems) -> None:
         arrays = problems.start, problems.goal, problems.center, problems.half, problems.radius
-        self.arrays = [np.float32(x) for x in arrays]
-        self.arrays += [np.float32(problems.rotation)] if problems.rotation is not None else []
+        self.arrays = [np.asarray(x, np.float32) for x in arrays]
+        self.arrays += [] if problems.rotation is None else [np.asarray(problems.rotation, np.float32)]
 
         def one(inner: jax.Array, params: ShortestParams, first: jax.Array, *arrays: jax.Array):
             start, goal, center, half, radius, *rotation = arrays
@@ -97,12 +97,13 @@ class Program:
 
         def cost(inner: jax.Array, *arrays: jax.Array) -> jax.Array:
             start, goal, center, half, radius, *rotation = arrays
-            at = Problem(start, goal, RoundedBoxes(center, half, radius, *rotation), ())
+            nothing = jnp.zeros((0, 3), jnp.float32)  # the cost of a guess asks for no gaps
+            at = Problem(start, goal, RoundedBoxes(center, half, radius, *rotation), (nothing, nothing))
             return guess_cost(model, jax.tree.map(jnp.float32, WIDE), at, inner, DRAWN_SAMPLES, jnp.float32(FIRST))
 
         inner = jnp.zeros((DRAWN, CONTROL - 2, model.arm.chain.size), jnp.float32)
-        asked = (inner, *(x[np.zeros(DRAWN, int)] for x in self.arrays))
-        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(*asked).compile()
+        drawn = (inner, *(x[np.zeros(DRAWN, int)] for x in self.arrays))
+        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(*drawn).compile()
 
     @staticmethod
     def _numbers(params: ShortestParams) -> ShortestParams:
@@ -144,7 +145,8 @@ def guesses_for(problems: Problems, k: int, number: int, low: NDArray, high: NDA
     rng = np.random.default_rng(number)
     waves = detours(count, len(start), CONTROL, seed=number)
     extent = max(float(np.linalg.norm(goal - start)), 1.5) / np.sqrt(len(start))
-    wide = np.exp(rng.uniform(*np.log(WIDTHS), count))[:, None, None]
+    narrow, widest = np.log(WIDTHS)
+    wide = np.exp(rng.uniform(narrow, widest, count))[:, None, None]
     return np.clip(straight + wide * extent * waves, low, high)
 
 

@@ -43,12 +43,12 @@ def frames_along(model: LinkModel, q: Float[Array, "sample joint"]) -> Frames:
 
 def _placed(frames: Frames, link: int, at: np.ndarray) -> list[Array]:
     """The three coordinates of points of a link in the world, each (point sample)."""
-    at = jnp.asarray(at, frames.p.dtype)
+    there = jnp.asarray(at, frames.p.dtype)
     if link < 0:
         samples = frames.p.shape[-1]
-        return [jnp.broadcast_to(at[:, k, None], (at.shape[0], samples)) for k in range(3)]
+        return [jnp.broadcast_to(there[:, k, None], (there.shape[0], samples)) for k in range(3)]
     R, p = frames.R[link], frames.p[link]
-    return [p[k] + sum(R[k, m] * at[:, m, None] for m in range(3)) for k in range(3)]
+    return [p[k] + sum(R[k, m] * there[:, m, None] for m in range(3)) for k in range(3)]
 
 
 def sphere_centers(model: LinkModel, frames: Frames) -> list[Float[Array, "sphere sample"]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 FreeFn = Callable[[NDArray], NDArray]
 """(configuration joint) -> whether each is free."""
@@ -77,7 +77,7 @@ def roadmap_lines(
     nodes = np.concatenate([start[None], goal[None], drawn[free(drawn)]])
     count = len(nodes)
     around = min(neighbours + 1, count)
-    distance, index = cKDTree(nodes).query(nodes, around)
+    distance, index = (np.asarray(part) for part in KDTree(nodes).query(nodes, around))
     pairs = np.stack([np.repeat(np.arange(count), around - 1), index[:, 1:].reshape(-1)], axis=1)
     edges, kept = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True)
     weight = np.maximum(distance[:, 1:].reshape(-1)[kept], 1e-9)

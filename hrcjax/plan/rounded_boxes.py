@@ -4,6 +4,7 @@ A sphere is such a box of no extent, an upright capsule one of no width. One for
 choice between kinds would compute each of them.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
@@ -40,13 +41,17 @@ class Nearest(NamedTuple):
     """Its gradient: of length 1, from the obstacle to the point [1]."""
 
 
+def _dot3(a: Sequence[Array] | Array, b: Sequence[Array]) -> Array:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 def _local(solids: RoundedBoxes, box: Int[Array, ""] | int, x: list[Array]) -> list[Array]:
     """Points in the axes of a box, from its middle."""
     away = [x[k] - solids.center[box, k] for k in range(3)]
     if solids.rotation is None:
         return away
     R = solids.rotation[box]
-    return [sum(R[m, k] * away[m] for m in range(3)) for k in range(3)]
+    return [_dot3(R[:, k], away) for k in range(3)]
 
 
 def _signed(local: list[Array], half: list[Array]) -> tuple[Array, list[Array], list[Array]]:
@@ -117,7 +122,7 @@ def nearest_obstacles(solids: RoundedBoxes, x: list[Float[Array, "point sample"]
     axes = None
     if solids.rotation is not None:
         axes = [[of(solids.rotation[:, m, k]) for k in range(3)] for m in range(3)]
-        away = [sum(axes[m][k] * away[m] for m in range(3)) for k in range(3)]
+        away = [_dot3([axes[m][k] for m in range(3)], away) for k in range(3)]
     distance, beyond, out = _signed(away, half)
     outside = jnp.maximum(jnp.maximum(beyond[0], beyond[1]), beyond[2]) > 0
     norm = jnp.where(outside, distance, 1)
@@ -130,6 +135,6 @@ def nearest_obstacles(solids: RoundedBoxes, x: list[Float[Array, "point sample"]
         for k in range(3)
     ]
     if axes is not None:
-        normal = [sum(axes[m][k] * normal[k] for k in range(3)) for m in range(3)]
+        normal = [_dot3(axes[m], normal) for m in range(3)]
     distance = jnp.where(there & (radius >= 0), distance - radius, jnp.asarray(FAR, distance.dtype))
     return Nearest(*computed((distance, normal)))

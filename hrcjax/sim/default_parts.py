@@ -155,6 +155,17 @@ def fit_fields(params: FieldParams, frames: Frames) -> Fields:
     return Fields(static=standing, moving=jax.lax.map(jax.checkpoint(people), (frames.moving, frames.beyond)))
 
 
+def margin_of(params: FieldParams, x: Vector3, offset: Vector3) -> Float[Array, ""]:
+    """How far a person may reach beyond the points that answer at x, by their spacing and the camera's noise [m].
+
+    Args:
+        offset: from these points to x; which points they are is told by their mean, under the kernel's weights [m].
+    """
+    away_from_base = safe_norm(x - offset)
+    share = jnp.clip((away_from_base - COARSE_FROM) / COARSE_EDGE + 1.0, 0.0, 1.0)
+    return jnp.asarray(params.spread + share * (params.far_spread - params.spread) + params.person_noise)
+
+
 def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     """Distances to everything, to what stands and to people. The latter are lower bounds at the exposure of the image, term by term:
 
@@ -172,14 +183,8 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
     standing: Standing = fields.static
     both = scene_and_people(standing.scene, people.field, x)
 
-    def margin(offset: Vector3) -> Float[Array, ""]:
-        # which points answer: their mean, under the kernel's weights
-        away_from_base = safe_norm(x - offset)
-        share = jnp.clip((away_from_base - COARSE_FROM) / COARSE_EDGE + 1.0, 0.0, 1.0)
-        return jnp.asarray(params.spread + share * (params.far_spread - params.spread) + params.person_noise)
-
     least = nearest_bound(both.people.log_occupancy, people.log_least, people.field.length_scale)
-    least = jnp.where(both.people.some, least - margin(both.people.offset), FAR)
+    least = jnp.where(both.people.some, least - margin_of(params, x, both.people.offset), FAR)
     away = jnp.where(both.people.some, unit(both.people.offset), 0.0)
     room = people.beyond - safe_norm(x)
     away = jnp.where(room < least, -unit(x), away)
@@ -191,7 +196,7 @@ def read_fields(params: FieldParams, fields: Fields, x: Vector3) -> Reading:
         plane = jnp.where(room < least, room, plane)
         least = jnp.minimum(room, least)
     others = nearest_others(people.field, people.groups, x, away, plane, SURFACES - 1)
-    distances = [jnp.where(one.some, one.distance - margin(one.offset), FAR) for one in others]
+    distances = [jnp.where(one.some, one.distance - margin_of(params, x, one.offset), FAR) for one in others]
     directions = [unit(one.offset) for one in others]
     return Reading(
         both.distance, both.gradient, jnp.stack([least, *distances]), jnp.stack([away, *directions]),

@@ -95,7 +95,7 @@ def follow(
     # The frame of each tick is gathered before the scan: inside, the derivative would touch all frames at every tick.
     seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, known, guarded, faults, stop)
 
-    def one(state: TickState, seen: tuple[Any, Array, Array, Array, Array, Array | None]) -> tuple[TickState, Record]:
+    def one(state: TickState, seen: tuple[Any, ...]) -> tuple[TickState, Record]:
         moving, *rest = seen
         return tick(params, cell, route, Sensed(Fields(fields.static, moving), *rest), state)
 

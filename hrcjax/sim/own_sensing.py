@@ -71,74 +71,119 @@ def episode_own(params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, 
         key: random key of the images' noise.
         sense: parameters of sensing.
     """
-    dtype, q_start = known.q_start.dtype, known.q_start
-    early, early_cameras, times, which = tick_images(cell, known.stage.rig.rates)
-    path, route = plan_route(params, cell, Task(known.scene, q_start, params.potential, cell.arm))
+    path, route = plan_route(params, cell, Task(known.scene, known.q_start, params.potential, cell.arm))
+    images = ticks_of(cell, known, key)
+    state, kept = first_looks(params, cell, known, sense, key)
+
+    def one(carry: tuple[Watch, Kept, TickState], item: TickImage) -> tuple[tuple[Watch, Kept, TickState], Record]:
+        state, kept, arm = carry
+        state, kept = look_if_due(params, cell, known, sense, state, kept, arm.arm.q, item)
+        arm, record = tick(params, cell, route, images_in_use(cell, known, kept, item.t), arm)
+        return (state, kept, arm), record
+
+    start = (state, kept, initial_state(cell, known.q_start))
+    (_, _, final), record = jax.lax.scan(one, start, images)
+    return Episode(path, record, final)
+
+
+class TickImage(eqx.Module):
+    """The image of a tick; an episode stacks them over time."""
+
+    t: Float[Array, "*time"]
+    """Start of the tick [s]."""
+    exposed: Float[Array, "*time"]
+    """When the image is taken [s]."""
+    camera: Int[Array, "*time"]
+    """By which camera; -1: there is none."""
+    key: Array
+    """Random key of its noise."""
+
+
+def image_keys(cell: Cell, rates: tuple[float, ...], key: PRNGKeyArray) -> tuple[Array, Array]:
+    """Random keys of the images before the episode, and one for each tick."""
+    early = len(tick_images(cell, rates)[0])
+    keys = jax.random.split(key, early + cell.ticks)
+    return keys[:early], keys[early:]
+
+
+def ticks_of(cell: Cell, known: Surveyed, key: PRNGKeyArray) -> TickImage:
+    """The images of all ticks."""
+    dtype, rates = known.q_start.dtype, known.stage.rig.rates
+    _, _, times, which = tick_images(cell, rates)
+    _, keys = image_keys(cell, rates, key)
+    return TickImage(jnp.asarray(cell.times, dtype), jnp.asarray(times, dtype), jnp.asarray(which), keys)
+
+
+def look(
+    params: Params, cell: Cell, known: Surveyed, sense: SenseParams, state: Watch, kept: Kept, q: Joints, t: Float[Array, ""],
+    camera: Array, key: PRNGKeyArray,
+) -> tuple[Watch, Kept]:  # fmt: skip
+    """The cameras' state after one image, with the field of the people in it kept.
+
+    Args:
+        q: joints of the arm in the image [rad].
+        t: when it is taken [s].
+    """
+    arm = arm_capsules(cell.arm, q)
     capacity = cell.moving_points * cell.people
+    state, good = watch_image(cell.voxels, sense, known.survey, known.stage, state, camera, t, arm, key, cell.latency)
+    cloud, beyond, reasons, guarded = frame_of(cell.voxels, sense, known.survey, known.stage, state, arm, capacity)
+    one = Frames(
+        known.field, cloud, beyond, t, camera, good, reasons, guarded, known.survey.overflow, known.survey.map,
+        known.survey.unseen, known.hidden,
+    )  # fmt: skip
+    moving = fit_one(params, cell, one)[1]
+    place = kept.count % PENDING
 
-    def look(
-        state: Watch, kept: Kept, q: Joints, t: Float[Array, ""], camera: Array, key: PRNGKeyArray
-    ) -> tuple[Watch, Kept]:
-        """One image."""
-        arm = arm_capsules(cell.arm, q)
-        state, good = watch_image(
-            cell.voxels, sense, known.survey, known.stage, state, camera, t, arm, key, cell.latency
-        )
-        cloud, beyond, reasons, guarded = frame_of(
-            cell.voxels, sense, known.survey, known.stage, state, arm, capacity
-        )  # fmt: skip
-        one = Frames(
-            known.field, cloud, beyond, t, camera, good, reasons, guarded, known.survey.overflow, known.survey.map,
-            known.survey.unseen, known.hidden,
-        )  # fmt: skip
-        moving = fit_one(params, cell, one)[1]
-        place = kept.count % PENDING
+    def put(all_: Array, new: Array) -> Array:
+        return all_.at[place].set(new)
 
-        def put(all_: Array, new: Array) -> Array:
-            return all_.at[place].set(new)
+    return state, Kept(
+        kept.static, jax.tree.map(put, kept.moving, moving), put(kept.stamp, t), put(kept.valid, good),
+        put(kept.guarded, guarded), put(kept.faults, pack_cameras(reasons)), kept.count + 1,
+    )  # fmt: skip
 
-        return state, Kept(
-            kept.static, jax.tree.map(put, kept.moving, moving), put(kept.stamp, t), put(kept.valid, good),
-            put(kept.guarded, guarded), put(kept.faults, pack_cameras(reasons)), kept.count + 1,
-        )  # fmt: skip
 
-    def sensed(kept: Kept, t: Scalar) -> Sensed:
-        """What of the images is in use at a time."""
-        arrived = kept.stamp <= t - cell.latency
-        usable = jnp.where(arrived & kept.valid, kept.stamp, -jnp.inf)
-        newest, latest = jnp.argmax(usable), jnp.argmax(jnp.where(arrived, kept.stamp, -jnp.inf))
-        age = jnp.where(jnp.isfinite(usable[newest]), t - usable[newest], jnp.inf)
-        fields = Fields(kept.static, jax.tree.map(lambda a: a[newest], kept.moving))
-        guarded = kept.guarded[newest] | kept.guarded[latest]
-        return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest])
+def look_if_due(
+    params: Params, cell: Cell, known: Surveyed, sense: SenseParams, state: Watch, kept: Kept, q: Joints, item: TickImage
+) -> tuple[Watch, Kept]:  # fmt: skip
+    """The cameras' state after a tick's image; the same where it has none."""
+    return jax.lax.cond(
+        item.camera >= 0,
+        lambda: look(
+            params, cell, known, sense, state, kept, q, item.exposed, jnp.maximum(item.camera, 0), item.key
+        ),
+        lambda: (state, kept),
+    )  # fmt: skip
 
-    state = initial_watch(cell.voxels, known.survey, jnp.asarray(early[0], dtype))
-    kept = nothing_kept(params, cell, known, capacity)
-    keys = jax.random.split(key, len(early) + cell.ticks)
+
+def first_looks(
+    params: Params, cell: Cell, known: Surveyed, sense: SenseParams, key: PRNGKeyArray
+) -> tuple[Watch, Kept]:  # fmt: skip
+    """The cameras' state after the images before the episode, with the arm at its start."""
+    dtype, q_start, rates = known.q_start.dtype, known.q_start, known.stage.rig.rates
+    stamps, cameras, _, _ = tick_images(cell, rates)
+    keys, _ = image_keys(cell, rates, key)
+    state = initial_watch(cell.voxels, known.survey, jnp.asarray(stamps[0], dtype))
+    kept = nothing_kept(params, cell, known, cell.moving_points * cell.people)
 
     def before(carry: tuple[Watch, Kept], item: tuple) -> tuple[tuple[Watch, Kept], None]:
         t, camera, key = item
-        return look(*carry, q_start, t, camera, key), None
+        return look(params, cell, known, sense, *carry, q_start, t, camera, key), None
 
-    items = (jnp.asarray(early, dtype), jnp.asarray(early_cameras), keys[: len(early)])
-    (state, kept), _ = jax.lax.scan(before, (state, kept), items)
+    items = (jnp.asarray(stamps, dtype), jnp.asarray(cameras), keys)
+    return jax.lax.scan(before, (state, kept), items)[0]
 
-    def one(carry: tuple[Watch, Kept, TickState], item: tuple) -> tuple[tuple[Watch, Kept, TickState], Record]:
-        state, kept, arm = carry
-        t, exposed, camera, key = item
-        state, kept = jax.lax.cond(
-            camera >= 0,
-            lambda: look(state, kept, arm.arm.q, exposed, jnp.maximum(camera, 0), key),
-            lambda: (state, kept),
-        )
-        arm, record = tick(params, cell, route, sensed(kept, t), arm)
-        return (state, kept, arm), record
 
-    items = (
-        jnp.asarray(cell.times, dtype), jnp.asarray(times, dtype), jnp.asarray(which), keys[len(early) :],
-    )  # fmt: skip
-    (_, _, final), record = jax.lax.scan(one, (state, kept, initial_state(cell, q_start)), items)
-    return Episode(path, record, final)
+def images_in_use(cell: Cell, known: Surveyed, kept: Kept, t: Scalar) -> Sensed:
+    """What of the images is in use at a time."""
+    arrived = kept.stamp <= t - cell.latency
+    usable = jnp.where(arrived & kept.valid, kept.stamp, -jnp.inf)
+    newest, latest = jnp.argmax(usable), jnp.argmax(jnp.where(arrived, kept.stamp, -jnp.inf))
+    age = jnp.where(jnp.isfinite(usable[newest]), t - usable[newest], jnp.inf)
+    fields = Fields(kept.static, jax.tree.map(lambda a: a[newest], kept.moving))
+    guarded = kept.guarded[newest] | kept.guarded[latest]
+    return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest])
 
 
 def fit_one(params: Params, cell: Cell, frame: Frames) -> tuple[Any, Any]:

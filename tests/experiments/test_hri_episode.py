@@ -1,21 +1,18 @@
 """The baseline's episode: images on time, commands followed, the truth beside what the octree knows."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.hri.baseline import table
-from experiments.hri.baseline.baseline import Event
 from experiments.hri.baseline.cameras import Cameras
-from experiments.hri.baseline.episode import PROBES, Trace, baseline_episode
+from experiments.hri.baseline.episode import baseline_episode
 from experiments.hri.baseline.frame import eye_of
 from experiments.hri.baseline.settings import BaselineSettings
+from experiments.hri.trace import PROBES
 from hrcjax.cells.ur5 import make_cell
-from hrcjax.lab.case_store import RunStore
 from hrcjax.robot import arm_capsules
 from hrcjax.sense.rig import cell_rig
 from hrcjax.world import scene_named
@@ -38,27 +35,6 @@ def test_planning_takes_the_stated_time() -> None:
     assert settings.planning_time(0) == 0.05
     assert settings.planning_time(10_000) == pytest.approx(0.15)
     assert settings.planning_time(settings.most_checks + 10**6) == 0.5
-
-
-@pytest.mark.parametrize("events", [[], [Event(0.5, "start", 2.0), Event(2.5, "arrived", 1.0)]])
-def test_a_trace_is_kept_for_its_own_options(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, events: list[Event]
-) -> None:
-    played = []
-    arrays = {name: np.arange(6.0).reshape(2, 3) for name in table.ARRAYS}
-
-    def episode(cell, scene, person, settings, seed):
-        played.append((settings.samples, seed))
-        return Trace(dt=0.008, **arrays, events=events)
-
-    monkeypatch.setattr(table, "baseline_episode", episode)
-    store = RunStore(tmp_path / "run", "code", {}, overwrite=False)
-    usual, more = BaselineSettings(), BaselineSettings(samples=1000)
-    for settings, seed in ((usual, 0), (usual, 0), (more, 0), (usual, 1), (more, 0)):
-        found = table.kept_trace(store, "hri", "nobody", seed, 1.0, settings)
-        assert found.events == events and found.dt == 0.008
-        np.testing.assert_array_equal(found.tool, arrays["tool"])
-    assert played == [(500, 0), (1000, 0), (500, 1)]
 
 
 @pytest.mark.slow

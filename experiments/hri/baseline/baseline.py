@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from hrcjax.robot import Arm
 
+from ..trace import Event
 from .arm_spheres import ArmSpheres
 from .brake import brake
 from .collision import FAR, CollisionScene
@@ -54,17 +55,6 @@ class Command(NamedTuple):
     """(joint) [rad/s]"""
     qdd: NDArray
     """(joint) [rad/s^2]"""
-
-
-class Event(NamedTuple):
-    """Something that happened."""
-
-    t: float
-    """When [s]."""
-    what: str
-    """planned, failed, start, stop, stopped, arrived."""
-    value: float
-    """planned, failed: configurations checked; stop: time ahead of the collision [s]; arrived: index of the waypoint."""
 
 
 class Search(NamedTuple):
