@@ -42,7 +42,7 @@ def lift_gif(name: str, case: Mapping[str, NDArray], way: str = "hessian") -> by
         step += 1
 
     R, p = case[f"{way}_R"][taken].astype(float), case[f"{way}_p"][taken].astype(float)
-    lift(scene, R, p, float(case[f"{way}_opening"][taken]), watch)
+    lift(scene, R, p, float(case[f"{way}_opening"][taken]), watch=watch)
     file = io.BytesIO()
     palette = pictures[len(pictures) // 2].quantize(96)
     frames = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]

@@ -11,23 +11,32 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from hrcjax.grasp.gripper import Gripper
+from hrcjax.grasp.motion_policy import MotionPolicyParams
 from hrcjax.grasp.params import GraspParams
 from hrcjax.grasp.reach import arm_with_gripper
+from hrcjax.grasp.seen_points import SeenPoints
 from hrcjax.robot import Arm, load_arm
 
 from .hand_looks import look_reached
 from .lift import Lifted, lift
-from .look import STATIONARY, TARGET_HEIGHT, cameras, exact_surface, hand_eyes, look, stacked
+from .look import TARGET_HEIGHT, exact_surface, hand_cameras, hand_eyes, look, stacked, stationary_cameras, unseen
+from .move import move, summary
 from .objects import NAMES, shape_named
 from .perceive import perceive
-from .pipeline import Planned, plan, reached
-from .scene import draw_poses, make_scene
+from .pipeline import Planned, object_field, plan, reached
+from .pull import pull
+from .scene import WORK, draw_poses, make_scene
+from .touch import least_distances, link_distances
 
 TRIED = 16
 """Grasps, best first, of which the first that the arm reaches is taken."""
 KEPT = 2000
 """Points of the exact surface that are stored."""
-NOTHING = Lifted(False, 0.0, False, 0.0, 0.0)
+NOTHING = Lifted(False, 0.0, False, 0.0, 0.0, 0.0)
+EACH = 5
+"""Control periods between two checks for touching."""
+FIXED = ("ok", "error", "free", "taken", "true_angles", "true_angle", "lifted", "pull")
+"""What is stored of the ways by the stationary cameras alone."""
 
 
 @dataclass(frozen=True)
@@ -53,51 +62,111 @@ class Bench:
         shape, index = shape_named(name), NAMES.index(name)
         pose = draw_poses([seed, index], number + 1)[number]
         scene = make_scene(shape, pose, self.gripper)
-        places = cameras(pose[0])
-        looks = [look(scene, camera) for camera in (places if self.hand else places[: len(STATIONARY)])]
-        surface, normals = exact_surface(looks)
         key = jax.random.fold_in(jax.random.key(seed), 1000 * index + number)
-        seen = perceive(*stacked(looks, key), self.frames)
-        found: dict[str, Any] = {
-            "place": pose[0], "yaw": pose[1], "rest": pose[2], "centre": scene.centre(),
-            "points": seen.cloud.points, "mask": seen.cloud.mask, "more": seen.more,
-        }  # fmt: skip
-        few = np.random.default_rng(0).permutation(len(surface))[:KEPT]
-        found |= {"surface": surface[few].astype(np.float32), "surface_normal": normals[few].astype(np.float32)}
+        fixed = [look(scene, camera) for camera in stationary_cameras()]
+        seen = perceive(*stacked(fixed, key), self.frames)
+        at = seen_place(seen)
+        looks = [look(scene, camera) for camera in hand_cameras(at)]
+        truth = _Truth(*exact_surface(fixed + looks))
+        found: dict[str, Any] = {"place": pose[0], "yaw": pose[1], "rest": pose[2], "centre": scene.centre(), "aim": at}
         if self.hand:
-            at = jnp.asarray([*pose[0], TARGET_HEIGHT], jnp.float32)
-            eyes = [jnp.asarray(eye, jnp.float32) for eye in hand_eyes(np.asarray(at, float))]
-            found["looks_reached"] = np.array([bool(look_reached(self.arm, eye, at)) for eye in eyes])
-        tree = KDTree(surface)
+            aim = jnp.asarray([*at, TARGET_HEIGHT], jnp.float32)
+            reach = [bool(look_reached(self.arm, jnp.asarray(eye, jnp.float32), aim)) for eye in hand_eyes(np.asarray(aim, float))]  # fmt: skip
+            found["looks_reached"] = np.array(reach)
+            taken = [one if can else unseen(one) for one, can in zip(looks, reach, strict=True)]
+            few, seen = seen, perceive(*stacked(fixed + taken, key), self.frames)
+            for way, planned in plan(few, self.gripper, self.params).items():
+                own = self._way(planned, truth, shape, pose, self.frictions[:1])
+                found |= {f"{way}_fixed_{part}": own[part] for part in FIXED}
+        few = np.random.default_rng(0).permutation(len(truth.points))[:KEPT]
+        found |= {
+            "points": seen.cloud.points, "mask": seen.cloud.mask, "more": seen.more,
+            "surface": truth.points[few].astype(np.float32), "surface_normal": truth.normals[few].astype(np.float32),
+        }  # fmt: skip
         for way, planned in plan(seen, self.gripper, self.params).items():
-            own = self._way(planned, tree, normals, shape, pose)
+            own = self._way(planned, truth, shape, pose, self.frictions)
             found |= {f"{way}_{key}": value for key, value in own.items()}
+            if way == "hessian" and own["taken"] >= 0:
+                found |= self._moved(seen, planned.grasps, own, shape, pose)
         return found
 
-    def _way(self, planned: Planned, tree: KDTree, normals: NDArray, shape: Any, pose: Any) -> dict[str, Any]:
+    def _way(self, planned: Planned, truth: "_Truth", shape: Any, pose: Any, frictions: tuple[float, ...]) -> dict[str, Any]:  # fmt: skip
         """Errors of the normals, the grasps, and what became of the first that is reached."""
         contacts, grasps = jax.tree.map(np.asarray, planned)
-        _, nearest = tree.query(contacts.points)
-        exact = normals[nearest]
-        error = _angle(contacts.normals, exact)
+        exact = truth.normals_at(contacts.points)
         first = jax.tree.map(lambda leaf: jnp.asarray(leaf[:TRIED]), grasps)
-        can = np.asarray(reached(self.arm, first, self.params.approach).ok) & grasps.mask[:TRIED]
+        solved = reached(self.arm, first, self.params.approach)
+        can = np.asarray(solved.ok) & grasps.mask[:TRIED]
         taken = int(np.argmax(can)) if can.any() else -1
-        lifts, true_angle = [NOTHING] * len(self.frictions), np.nan
+        lifts, pulled = [NOTHING] * len(frictions), 0.0
         if taken >= 0:
             R, p = grasps.R[taken].astype(float), grasps.p[taken].astype(float)
-            touched = exact[grasps.contact[taken]]
-            true_angle = float(np.max(np.arccos(np.clip(np.abs(touched @ R[:, 1]), 0, 1))))
-            lifts = [
-                lift(make_scene(shape, pose, self.gripper, mu), R, p, float(grasps.opening[taken]))
-                for mu in self.frictions
-            ]
+            for k, mu in enumerate(frictions):
+                scene = make_scene(shape, pose, self.gripper, mu)
+                lifts[k] = lift(scene, R, p, float(grasps.opening[taken]), float(self.params.approach))
+                if k == 0 and lifts[0].lifted:
+                    pulled = pull(scene)
+        angles = true_angles(exact[grasps.contact], grasps.R[:, :, 1])
         return {
-            "normals": contacts.normals, "planarity": contacts.planarity, "ok": contacts.mask, "error": error,
-            "R": grasps.R, "p": grasps.p, "width": grasps.width, "opening": grasps.opening, "score": grasps.score,
-            "contact": grasps.contact, "free": grasps.mask, "reached": can, "taken": taken, "true_angle": true_angle,
+            "normals": contacts.normals, "planarity": contacts.planarity, "ok": contacts.mask,
+            "error": _angle(contacts.normals, exact), "R": grasps.R, "p": grasps.p, "width": grasps.width,
+            "opening": grasps.opening, "score": grasps.score, "contact": grasps.contact, "free": grasps.mask, "reached": can,
+            "taken": taken, "true_angles": angles, "true_angle": angles[taken] if taken >= 0 else np.nan, "pull": pulled,
+            "q_before": np.asarray(solved.q_before[max(taken, 0)]),
             **{key: np.array([asdict(one)[key] for one in lifts]) for key in asdict(NOTHING)},
         }  # fmt: skip
+
+    def _moved(self, seen: SeenPoints, grasps: Any, own: Mapping[str, Any], shape: Any, pose: Any) -> dict[str, Any]:
+        """The arm goes to the chosen grasp by its policies, and what becomes of the lift from where it arrives."""
+        k = own["taken"]
+        opening = float(own["opening"][k])
+        moved = summary(
+            move(
+                self.arm, self.gripper, MotionPolicyParams(), object_field(seen, self.params), grasps.R[k], grasps.p[k],
+                grasps.opening[k], jnp.asarray(self.params.approach, grasps.p.dtype), jnp.asarray(own["q_before"]),
+            )  # fmt: skip
+        )
+        scene = make_scene(shape, pose, self.gripper)
+        some = slice(None, None, EACH)
+        free = least_distances(scene, moved["R"][some].astype(float), moved["p"][some].astype(float), opening)
+        parts, centre = scene.geoms, scene.centre()
+        ball = float((np.linalg.norm(scene.data.geom_xpos[parts] - centre, axis=1) + scene.model.geom_rbound[parts]).max())  # fmt: skip
+        links = link_distances(self.arm, moved["q"][some], centre, ball)
+        begin = int(np.argmax(moved["way"] > 0))
+        came = moved["R"][begin:].astype(float), moved["p"][begin:].astype(float)
+        lifted = lift(scene, came[0][-1], came[1][-1], opening, came=came) if moved["way"][-1] > 0 else NOTHING
+        whole = {"free": free.min(), "links": links.min(), "lifted": lifted.lifted, "pushed": lifted.pushed}
+        kept = {key: value for key, value in moved.items() if key not in ("R", "way")}
+        kept |= {key: kept[key][some] for key in ("q", "p")}
+        return {f"moved_{key}": np.asarray(value) for key, value in (kept | whole).items()}
+
+
+class _Truth:
+    """The exact surface as far as any camera sees it: for judging alone."""
+
+    def __init__(self, points: NDArray, normals: NDArray) -> None:
+        self.points, self.normals, self.tree = points, normals, KDTree(points)
+
+    def normals_at(self, points: NDArray) -> NDArray:
+        """Those of the nearest places."""
+        return self.normals[self.tree.query(points)[1]]
+
+
+def seen_place(seen: SeenPoints) -> NDArray:
+    """Where on the table the points are, the middle of their box; without points the middle of all places (2) [m]."""
+    points = np.asarray(seen.cloud.points, float)[np.asarray(seen.cloud.mask), :2]
+    return np.array(WORK) if len(points) == 0 else (points.min(axis=0) + points.max(axis=0)) / 2
+
+
+def true_angles(normals: NDArray, axes: NDArray) -> NDArray:
+    """Greater angle between the closing axis and the exact normals of both contacts [rad].
+
+    Args:
+        normals: out of the object, at the first and the second contact (grasp, 2, 3).
+        axes: from the first contact to the second (grasp, 3).
+    """
+    first, second = -np.sum(normals[:, 0] * axes, axis=1), np.sum(normals[:, 1] * axes, axis=1)
+    return np.arccos(np.clip(np.minimum(first, second), -1, 1))
 
 
 def make_bench(frames: int, hand: bool, frictions: tuple[float, ...]) -> Bench:

@@ -75,16 +75,18 @@ def hand_eyes(middle: NDArray) -> list[NDArray]:
     return eyes
 
 
-def cameras(place: NDArray, dtype: jnp.dtype | type = jnp.float32) -> list[Camera]:
-    """All of them, cut to windows about an object at a place on the table (2) [m]."""
+def stationary_cameras(dtype: jnp.dtype | type = jnp.float32) -> list[Camera]:
+    """Those beyond the object, cut to windows about the middle of the places where objects stand."""
     middle = np.array([*WORK, TARGET_HEIGHT])
+    at = jnp.asarray(middle, dtype)
+    return [window(d435i(jnp.asarray(middle + eye, dtype), at, 1), middle) for eye in STATIONARY]
+
+
+def hand_cameras(place: NDArray, dtype: jnp.dtype | type = jnp.float32) -> list[Camera]:
+    """The one in the hand from each side, cut to windows about where an object is taken to be on the table (2) [m]."""
     at = np.array([*place, TARGET_HEIGHT])
-    found = []
-    for eye in STATIONARY:
-        found.append(window(d435i(jnp.asarray(middle + eye, dtype), jnp.asarray(middle, dtype), 1), at))
-    for eye in hand_eyes(at):
-        found.append(window(d435i(jnp.asarray(eye, dtype), jnp.asarray(at, dtype), 2), at))
-    return found
+    aim = jnp.asarray(at, dtype)
+    return [window(d435i(jnp.asarray(eye, dtype), aim, 2), at) for eye in hand_eyes(at)]
 
 
 def look(scene: Scene, camera: Camera) -> Look:
@@ -98,6 +100,11 @@ def look(scene: Scene, camera: Camera) -> Look:
     depth = np.where(geom >= 0, distance, np.inf).reshape(shape)  # rays have z = 1 along the optical axis
     own = np.isin(geom, scene.geoms).reshape(shape)
     return Look(camera, depth, normal.reshape(*shape, 3), own)
+
+
+def unseen(one: Look) -> Look:
+    """The same without an image: the camera did not get there."""
+    return replace(one, depth=np.full_like(one.depth, np.inf))
 
 
 def exact_surface(looks: list[Look]) -> tuple[NDArray, NDArray]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from hrcjax.field import distance, fit_exact
+from hrcjax.field import GPField, distance, fit_exact
 from hrcjax.grasp.candidates import Grasps, grasp_candidates
 from hrcjax.grasp.contacts import Contacts, by_hessian, by_nearest, by_plane, contacts
 from hrcjax.grasp.gripper import Gripper
@@ -53,6 +53,12 @@ def plan(seen: SeenPoints, gripper: Gripper, params: GraspParams) -> dict[str, P
         jax.tree.map(lambda *a: jnp.stack(a), *[found[way] for way in WAYS]),
     )
     return {way: Planned(found[way], jax.tree.map(lambda a, k=k: a[k], grasps)) for k, way in enumerate(WAYS)}
+
+
+@jax.jit
+def object_field(seen: SeenPoints, params: GraspParams) -> GPField:
+    """The field of an object's points."""
+    return fit_exact(seen.cloud, params.field)[0]
 
 
 @partial(jax.jit, static_argnums=(0,))

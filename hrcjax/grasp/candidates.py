@@ -58,7 +58,7 @@ def best_pairs(found: Contacts, centre: Vector3, gripper: Gripper, params: Grasp
         flat = jnp.clip((flat - params.least_planarity) / (1 - params.least_planarity), 0, 1)
         near = 1 - safe_norm(0.5 * (a + b) - centre) / params.arm_length
         value = params.weight_cone * pair.cone + params.weight_planarity * flat + params.weight_centre * near
-        return jnp.where(pair.ok & found.mask[i] & found.mask[j] & (i < j), value, -jnp.inf)
+        return jnp.where(pair.ok & found.mask[i] & found.mask[j] & (i != j), value, -jnp.inf)
 
     index = jnp.arange(found.mask.shape[0], dtype=jnp.int32)
 
@@ -68,6 +68,8 @@ def best_pairs(found: Contacts, centre: Vector3, gripper: Gripper, params: Grasp
         return row[best], best
 
     value, partner = jax.vmap(of)(index)
+    twice = (partner[partner] == index) & (partner < index)  # two that chose each other are one pair
+    value = jnp.where(twice, -jnp.inf, value)
     top, first = jax.lax.top_k(value, min(most, index.shape[0]))
     return Pairs(jnp.stack([first.astype(jnp.int32), partner[first]], axis=1), top)
 

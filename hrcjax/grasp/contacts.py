@@ -15,6 +15,8 @@ from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 
 NEIGHBOURS = 16
 """Points that a plane is laid through: about as many as the field's kernel weighs [1]."""
+LINE = 1e-3
+"""Middle over greatest variance below which points lie on a line, through which no plane is laid [1]."""
 NormalFn = Callable[[Vector3, Vector3], SurfaceNormal]
 """Point on a surface [m], direction to where it was seen from [1] -> normal."""
 
@@ -57,7 +59,8 @@ def by_plane(cloud: Cloud, least_planarity: Scalar) -> NormalFn:
         values, vectors = jnp.linalg.eigh(spread.T @ spread / count)
         n = vectors[:, 0]
         planarity = 1 - safe_divide(values[0], values[1])
-        ok = (count >= 4) & (planarity >= jnp.asarray(least_planarity, planarity.dtype))
+        line = values[1] <= LINE * values[2]
+        ok = (count >= 4) & ~line & (planarity >= jnp.asarray(least_planarity, planarity.dtype))
         return SurfaceNormal(jnp.where(n @ toward < 0, -n, n), planarity, ok)
 
     return normal
@@ -68,7 +71,7 @@ def by_nearest(cloud: Cloud, lift: Scalar) -> NormalFn:
     It knows no planarity: 1 everywhere.
 
     Args:
-        lift: towards where the point was seen from, about the spacing of the points [m].
+        lift: towards where the point was seen from; nearer than the spacing of the points these are told apart [m].
     """
 
     def normal(x: Vector3, toward: Vector3) -> SurfaceNormal:
@@ -76,6 +79,6 @@ def by_nearest(cloud: Cloud, lift: Scalar) -> NormalFn:
         offset = at - cloud.points
         square = jnp.where(cloud.mask, jnp.sum(offset * offset, axis=1), jnp.inf)
         n = unit(offset[jnp.argmin(square)])
-        return SurfaceNormal(n, jnp.ones_like(n[0]), jnp.any(n != 0) & jnp.any(cloud.mask))
+        return SurfaceNormal(n, jnp.ones_like(n[0]), jnp.any(n != 0) & jnp.all(jnp.isfinite(n)) & jnp.any(cloud.mask))
 
     return normal
