@@ -25,7 +25,7 @@ from .objects import NAMES, shape_named
 from .perceive import perceive
 from .pipeline import Planned, object_field, plan, reached
 from .pull import pull
-from .scene import WORK, draw_poses, make_scene
+from .scene import WORK, draw_poses, make_scene, scene_xml
 from .touch import least_distances, link_distances
 
 TRIED = 16
@@ -35,7 +35,7 @@ KEPT = 2000
 NOTHING = Lifted(False, 0.0, False, 0.0, 0.0, 0.0)
 EACH = 5
 """Control periods between two checks for touching."""
-FIXED = ("ok", "error", "free", "taken", "true_angles", "true_angle", "lifted", "pull")
+FIXED = ("ok", "error", "free", "taken", "true_angles", "true_angle", "lifted")
 """What is stored of the ways by the stationary cameras alone."""
 
 
@@ -76,7 +76,7 @@ class Bench:
             taken = [one if can else unseen(one) for one, can in zip(looks, reach, strict=True)]
             few, seen = seen, perceive(*stacked(fixed + taken, key), self.frames)
             for way, planned in plan(few, self.gripper, self.params).items():
-                own = self._way(planned, truth, shape, pose, self.frictions[:1])
+                own = self._way(planned, truth, shape, pose, self.frictions[:1], pulled=False)
                 found |= {f"{way}_fixed_{part}": own[part] for part in FIXED}
         few = np.random.default_rng(0).permutation(len(truth.points))[:KEPT]
         found |= {
@@ -90,7 +90,7 @@ class Bench:
                 found |= self._moved(seen, planned.grasps, own, shape, pose)
         return found
 
-    def _way(self, planned: Planned, truth: "_Truth", shape: Any, pose: Any, frictions: tuple[float, ...]) -> dict[str, Any]:  # fmt: skip
+    def _way(self, planned: Planned, truth: "_Truth", shape: Any, pose: Any, frictions: tuple[float, ...], pulled: bool = True) -> dict[str, Any]:  # fmt: skip
         """Errors of the normals, the grasps, and what became of the first that is reached."""
         contacts, grasps = jax.tree.map(np.asarray, planned)
         exact = truth.normals_at(contacts.points)
@@ -98,20 +98,20 @@ class Bench:
         solved = reached(self.arm, first, self.params.approach)
         can = np.asarray(solved.ok) & grasps.mask[:TRIED]
         taken = int(np.argmax(can)) if can.any() else -1
-        lifts, pulled = [NOTHING] * len(frictions), 0.0
+        lifts, borne = [NOTHING] * len(frictions), 0.0
         if taken >= 0:
             R, p = grasps.R[taken].astype(float), grasps.p[taken].astype(float)
             for k, mu in enumerate(frictions):
                 scene = make_scene(shape, pose, self.gripper, mu)
                 lifts[k] = lift(scene, R, p, float(grasps.opening[taken]), float(self.params.approach))
-                if k == 0 and lifts[0].lifted:
-                    pulled = pull(scene)
+                if pulled and k == 0 and lifts[0].lifted:
+                    borne = pull(scene)
         angles = true_angles(exact[grasps.contact], grasps.R[:, :, 1])
         return {
             "normals": contacts.normals, "planarity": contacts.planarity, "ok": contacts.mask,
             "error": _angle(contacts.normals, exact), "R": grasps.R, "p": grasps.p, "width": grasps.width,
             "opening": grasps.opening, "score": grasps.score, "contact": grasps.contact, "free": grasps.mask, "reached": can,
-            "taken": taken, "true_angles": angles, "true_angle": angles[taken] if taken >= 0 else np.nan, "pull": pulled,
+            "taken": taken, "true_angles": angles, "true_angle": angles[taken] if taken >= 0 else np.nan, "pull": borne,
             "q_before": np.asarray(solved.q_before[max(taken, 0)]),
             **{key: np.array([asdict(one)[key] for one in lifts]) for key in asdict(NOTHING)},
         }  # fmt: skip
@@ -120,18 +120,13 @@ class Bench:
         """The arm goes to the chosen grasp by its policies, and what becomes of the lift from where it arrives."""
         k = own["taken"]
         opening = float(own["opening"][k])
-        moved = summary(
-            move(
-                self.arm, self.gripper, MotionPolicyParams(), object_field(seen, self.params), grasps.R[k], grasps.p[k],
-                grasps.opening[k], jnp.asarray(self.params.approach, grasps.p.dtype), jnp.asarray(own["q_before"]),
-            )  # fmt: skip
-        )
+        chosen = jax.tree.map(lambda leaf: leaf[k], grasps)
+        field, back = object_field(seen, self.params), jnp.asarray(self.params.approach, grasps.p.dtype)
+        moved = summary(move(self.arm, self.gripper, MotionPolicyParams(), field, chosen, back, jnp.asarray(own["q_before"])))  # fmt: skip
         scene = make_scene(shape, pose, self.gripper)
         some = slice(None, None, EACH)
         free = least_distances(scene, moved["R"][some].astype(float), moved["p"][some].astype(float), opening)
-        parts, centre = scene.geoms, scene.centre()
-        ball = float((np.linalg.norm(scene.data.geom_xpos[parts] - centre, axis=1) + scene.model.geom_rbound[parts]).max())  # fmt: skip
-        links = link_distances(self.arm, moved["q"][some], centre, ball)
+        links = link_distances(scene, scene_xml(shape, pose, self.gripper), self.arm, moved["q"][some])
         begin = int(np.argmax(moved["way"] > 0))
         came = moved["R"][begin:].astype(float), moved["p"][begin:].astype(float)
         lifted = lift(scene, came[0][-1], came[1][-1], opening, came=came) if moved["way"][-1] > 0 else NOTHING

@@ -16,7 +16,7 @@ images are fused into a map of 6 mm. Its points have normals in three ways:
   nearest    by the direction from the nearest point, read 18 mm off the surface
 
 From there on all is the same: antipodal pairs within stroke and friction cone, approaches free of collision by the field, the best
-that the arm reaches. A two-finger gripper opens, goes there along the approach, closes, lifts 15 cm and holds for 1 s. An object counts
+that the arm reaches. To the grasps by the Hessian the arm moves by its policies. A two-finger gripper opens, goes there along the approach, closes, lifts 15 cm and holds for 1 s. An object counts
 as lifted if its centre rose by more than 10 cm and both fingers still hold it. Every object is stored as it comes: an interrupted
 run is resumed by the same command.
 
@@ -28,7 +28,7 @@ Examples:
   All, with rows in a file and a page:
     python -m experiments.grasp --json grasp.json --page docs/grasp.md
 
-  By the stationary cameras alone, with pads as slippery as metal:
+  By the stationary cameras alone, all rows, with pads as slippery as metal:
     python -m experiments.grasp --no-hand --friction 0.3
 
   Only the mug and the wedge, 20 poses each:
@@ -45,15 +45,15 @@ class GraspConfig:
     """Shapes; none named: all. box, cylinder, lying_cylinder, ball, capsule, frustum, l_shape, mug, hexagon, wedge."""
     poses: int = 5
     """Poses of each shape."""
-    seed: int = 0
-    """Seed of poses and noise."""
+    seed: int = 7
+    """Seed of poses and noise; numbers of the method were chosen with 0."""
     hand: bool = True
-    """Whether the camera in the hand looks too, from three sides."""
+    """Whether the camera in the hand looks too, from three sides; the rows `_fixed` are without it in any case."""
     frames: int = 16
     """Images of every camera from every place, about 1 s; their median is fused."""
     friction: float = 0.8
     """Coefficient of friction of the pads."""
-    slippery: tuple[float, ...] = (0.3, 0.2, 0.15)
+    slippery: tuple[float, ...] = (0.3, 0.15)
     """Further coefficients of friction, at which the same grasps are tried again."""
     quick: bool = False
     """Three shapes in one pose each, one further coefficient of friction."""

@@ -8,15 +8,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hrcjax.grasp.arm_motion import CLOSE, RATE
 from hrcjax.grasp.gripper import Gripper
 from hrcjax.lab.atomic import replace_file, write_bytes
 from hrcjax.lab.case_store import Case
 from hrcjax.viz.style import BEST, OBSTACLE, TEXT, WORST, as_row, heading, new_figure, tidy
 
 from .animation import lift_gif
+from .case import EACH
 from .objects import shape_named
 from .picture import Viewpoint, picture
-from .rows import by_shape, errors
+from .rows import by_shape, came, errors
 from .scene import make_scene
 
 WORDS = {"hessian": "Hessian of the field", "pca": "plane through 16 points", "nearest": "nearest point"}
@@ -89,7 +91,8 @@ def normals_figure(cases: Mapping[str, Case]) -> Figure:
     shapes = list(dict.fromkeys(name.split("/")[0] for name in cases))
     for k, way in enumerate(WORDS):
         for which, mark in ((50, "o"), (95, "_")):
-            values = [np.percentile(errors([c for n, c in cases.items() if n.startswith(f"{shape}/")], way), which) for shape in shapes]  # fmt: skip
+            off = [errors([c for n, c in cases.items() if n.startswith(f"{shape}/")], way) for shape in shapes]
+            values = [np.percentile(one, which) if len(one) else np.nan for one in off]
             right.plot(np.arange(len(shapes)) + 0.2 * (k - 1), values, mark, color=COLOURS[way], markersize=5)
     right.set_xticks(range(len(shapes)), [s.replace("_", "\n") for s in shapes], fontsize=7)
     right.set(ylabel="error [deg]", ylim=(0, None))
@@ -123,6 +126,32 @@ def lifted_figure(cases: Mapping[str, Case], frictions: Sequence[float]) -> Figu
     return figure
 
 
+def reach_figure(cases: Mapping[str, Case]) -> Figure | None:
+    """The tool points from above and from the side, and their distances from the grasps over time."""
+    some = [case for case in cases.values() if "moved_p" in case]
+    if not some:
+        return None
+    figure = new_figure(12, 3.8)
+    above, side, time = as_row(figure.subplots(1, 3))
+    for case in some:
+        p, good = case["moved_p"], came(case)
+        colour, goal = BEST if good else WORST, case["hessian_p"][int(case["hessian_taken"])]
+        above.plot(p[:, 0], p[:, 1], color=colour, linewidth=0.7, alpha=0.6)
+        side.plot(p[:, 1], p[:, 2], color=colour, linewidth=0.7, alpha=0.6)
+        above.plot(*goal[:2], ".", color=colour, markersize=3)
+        side.plot(*goal[1:], ".", color=colour, markersize=3)
+        seconds = np.arange(len(p)) * EACH / RATE
+        time.plot(seconds, np.maximum(1e3 * np.linalg.norm(p - goal, axis=1), 0.05), color=colour, linewidth=0.7, alpha=0.6)  # fmt: skip
+    time.axhline(1e3 * CLOSE, color=TEXT, linewidth=0.8, linestyle="--")
+    time.set(yscale="log", xlabel="time [s]", ylabel="tool point to grasp [mm]")
+    above.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    side.set(xlabel="y [m]", ylabel="z [m]", aspect="equal")
+    for axes in (above, side, time):
+        tidy(axes)
+    heading(figure, "The tool point on its way from home to the grasps; red: not within 5 mm and 3 degrees, or touched")
+    return figure
+
+
 def _upward(case: Case) -> float:
     """How little the chosen approach goes straight down, with sides that face the picture first [1]."""
     R = case["hessian_R"][int(case["hessian_taken"])]
@@ -137,6 +166,9 @@ def draw(folder: Path, cases: Mapping[str, Case], frictions: Sequence[float]) ->
         "normals.png": normals_figure(cases),
         "lifted.png": lifted_figure(cases, frictions),
     }
+    way = reach_figure(cases)
+    if way is not None:
+        figures["reach.png"] = way
     for name, figure in figures.items():
         replace_file(folder / name, lambda path, figure=figure: figure.savefig(path, dpi=110, format="png"))
     lifted = [name for name, case in cases.items() if case["hessian_lifted"][0]]

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from hrcjax.grasp.motion_policy import MotionPolicyParams
 from hrcjax.grasp.params import GraspParams
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Make, RunStore, collect, locked_store
@@ -35,9 +36,11 @@ def _check(config: GraspConfig) -> None:
     if len(set(config.shapes)) < len(config.shapes):
         raise UsageError("--shapes: accepted is each once")
     at_least(config, 1, "poses", "frames")
+    at_least(config, 0, "seed")
     frictions = [config.friction, *config.slippery]
-    if min(frictions) < 0 or max(frictions) > 2 or len(set(frictions)) < len(frictions):
-        raise UsageError("--friction, --slippery: accepted are coefficients from 0 to 2, each once")
+    fit = all(0 <= mu <= 2 for mu in frictions)  # not so where one is no number
+    if not fit or len({round(100 * mu) for mu in frictions}) < len(frictions):
+        raise UsageError("--friction, --slippery: accepted are coefficients from 0 to 2, each hundredth once")
     check_outputs(config, "json", "page")
 
 
@@ -46,6 +49,7 @@ def identity(config: GraspConfig) -> dict[str, Any]:
     return {
         "options": {key: asdict(config)[key] for key in RESULT},
         "params": leaf_names(GraspParams()),
+        "motion": leaf_names(MotionPolicyParams()),
         "code": LOADED_CODE,
         "program": program_digests(Path(__file__).parent, AFTERWARDS),
     }

@@ -3,15 +3,19 @@
 # pyright: reportAttributeAccessIssue=false
 # mujoco's types are compiled and have no stubs
 
+import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from hrcjax.robot import Arm
+from hrcjax.robot import Arm, arm_capsules
 
 from .scene import Scene
 
+UNMOVED = ("base", "shoulder", "tool")
+"""Capsules that are not judged: what stands whatever the arm does, and what the gripper's boxes stand for."""
 FAR = 0.3
 """Distances are told apart up to here [m]."""
 
@@ -46,25 +50,35 @@ def least_distances(scene: Scene, R: NDArray, p: NDArray, opening: float) -> NDA
     return np.array(found)
 
 
-def link_distances(arm: Arm, q: NDArray, centre: NDArray, radius: float) -> NDArray:
-    """Least distance of the arm's capsules before the gripper from a ball about the object, and from the table (time) [m].
+def link_distances(scene: Scene, xml: str, arm: Arm, q: NDArray) -> NDArray:
+    """Least distance of the arm's capsules before the gripper from object and table (time) [m]; below 0: they touch.
 
     Args:
+        xml: of the scene.
         q: joint positions (time, joint) [rad].
-        centre: of the ball [m].
-        radius: of the ball [m].
     """
-    import jax
-    import jax.numpy as jnp
-
-    from hrcjax.robot import arm_capsules
-
-    shown = np.array([name not in ("base", "shoulder", "tool") for name in arm.capsule_names])
+    shown = np.array([name not in UNMOVED for name in arm.capsule_names])
     capsules = jax.jit(jax.vmap(lambda one: arm_capsules(arm, one)))(jnp.asarray(q))
     a, b, r = (np.asarray(v, float)[:, shown] for v in (capsules.a, capsules.b, capsules.radius))
     along = b - a
-    length = np.maximum(np.sum(along * along, axis=-1), 1e-12)
-    share = np.clip(np.sum((centre - a) * along, axis=-1) / length, 0, 1)
-    ball = np.linalg.norm(a + share[..., None] * along - centre, axis=-1) - r - radius
-    table = np.minimum(a[..., 2], b[..., 2]) - r
-    return np.minimum(ball, table).min(axis=1)
+    length = np.linalg.norm(along, axis=-1)
+    bodies = "".join(
+        f'<body name="link{k}" mocap="true"><geom name="link{k}" type="capsule" size="{r[0, k]} {length[0, k] / 2}"/></body>'
+        for k in range(shown.sum())
+    )
+    model = mujoco.MjModel.from_xml_string(xml.replace("</worldbody>", bodies + "</worldbody>"))
+    data = mujoco.MjData(model)
+    data.qpos[:] = scene.data.qpos
+    links = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"link{k}") for k in range(shown.sum())]
+    places = [int(model.body_mocapid[model.geom_bodyid[g]]) for g in links]
+    table = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "table")
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "object")
+    others = [table, *(int(g) for g in np.flatnonzero(model.geom_bodyid == body))]
+    found, fromto = [], np.zeros(6)
+    for t in range(len(q)):
+        for k, place in enumerate(places):
+            data.mocap_pos[place] = (a[t, k] + b[t, k]) / 2
+            mujoco.mju_quatZ2Vec(data.mocap_quat[place], along[t, k])
+        mujoco.mj_kinematics(model, data)
+        found.append(min(mujoco.mj_geomDistance(model, data, o, g, FAR, fromto) for g in links for o in others))
+    return np.array(found)

@@ -4,7 +4,7 @@
 |---|---|---|
 | target | tool point, to a frame that may move | 3 at the goal |
 | orientation on SO(3) | axes of the gripper | 0.3 m^2 |
-| collision | control spheres of the links, from the wrist inwards | from 15 cm on |
+| collision | control spheres of the links but the last, on which the gripper is | from 10 cm on |
 | collision | spheres of fingers and palm | from 4 cm on, on the approach from 6 mm on |
 | self-collision | spheres of links three joints apart or more | from 2 cm on |
 | joint limit, speed cap, damping | joints | |
@@ -61,7 +61,7 @@ class MotionPolicyParams(eqx.Module):
     """As of the cell's arm, stiff and critically damped; at most kp / kd, 0.5 m/s."""
     orientation: OrientationParams = OrientationParams(kp=25.0, kd=10.0, weight=0.3)
     """Stiff and critically damped too."""
-    links: CollisionParams = CollisionParams(k_rep=6.0, weight=6.0, r_act=0.15, s_rep=0.04)
+    links: CollisionParams = CollisionParams(k_rep=6.0, weight=6.0, r_act=0.1, s_rep=0.03)
     """Between links and what the field knows."""
     hand: CollisionParams = CollisionParams(k_rep=6.0, weight=6.0, r_act=0.04, s_rep=0.01, s_damp=0.05)
     """Between fingers and palm and what the field knows, in transit."""

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from experiments.grasp.case import make_bench
 from experiments.grasp.config import GraspConfig, parse
 from experiments.grasp.lift import RISEN, lift
-from experiments.grasp.look import cameras, exact_surface, look, stacked
+from experiments.grasp.look import exact_surface, hand_cameras, look, stacked, stationary_cameras
 from experiments.grasp.objects import NAMES, SHAPES, shape_named
 from experiments.grasp.page import page
 from experiments.grasp.perceive import perceive
@@ -67,7 +67,7 @@ def test_every_shape_comes_to_rest_on_the_table(shape) -> None:
 def test_points_lie_on_the_surface() -> None:
     """Of a ball, whose surface is known: noise of 4 mm a pixel at 1 m becomes tenths of a millimetre."""
     scene = make_scene(shape_named("ball"), (PLACE, 0.0, 0), Gripper())
-    looks = [look(scene, camera) for camera in cameras(PLACE)]
+    looks = [look(scene, camera) for camera in stationary_cameras() + hand_cameras(PLACE)]
     surface, normals = exact_surface(looks)
     np.testing.assert_allclose(np.linalg.norm(surface - scene.centre(), axis=1), 0.035, atol=1e-4)
     np.testing.assert_allclose(normals, (surface - scene.centre()) / 0.035, atol=1e-2)
@@ -103,8 +103,23 @@ def made_case(lifted: bool, taken: int = 0) -> dict[str, np.ndarray]:
             f"{way}_ok": np.array([True, way != "hessian", False]), f"{way}_error": np.deg2rad([off, 3 * off, 90.0]),
             f"{way}_lifted": np.array([lifted, False]), f"{way}_taken": np.array(taken), f"{way}_free": np.array([True, True, False]),
             f"{way}_true_angle": np.array(np.deg2rad(off) if taken >= 0 else np.nan),
-            f"{way}_pushed": np.array([0.001, 0]), f"{way}_turned": np.array([0.1, 0]),
+            f"{way}_pushed": np.array([0.001, 0]), f"{way}_turned": np.array([0.1, 0]), f"{way}_settled": np.array([0.2, 0]),
+            f"{way}_true_angles": np.deg2rad([off, 10 * off, 0.0]), f"{way}_pull": np.array(8.0 * lifted),
         }  # fmt: skip
+        case |= {f"{way}_fixed_{key}": case[f"{way}_{key}"] for key in ("ok", "error", "free", "taken", "true_angles", "true_angle", "lifted")}  # fmt: skip
+    case |= {"aim": np.array([0.003, 0.504]), "place": np.array([0.0, 0.5])}
+    if taken >= 0:
+        touched = 0.002 if lifted else -0.001
+        moved = {
+            "off": 0.001,
+            "twist": np.deg2rad(0.5),
+            "free": touched,
+            "links": 0.05,
+            "top_speed": 0.6,
+            "lifted": lifted,
+            "seconds": 4.0,
+        }
+        case |= {f"moved_{key}": np.array(value) for key, value in moved.items()}
     return case
 
 
@@ -126,9 +141,24 @@ def test_rows_of_cases_made_by_hand() -> None:
     assert value["normal_error_same_pca"] == pytest.approx(4) and value["true_angle_nearest"] == pytest.approx(20)
     assert value["pushed"] == pytest.approx(1) and value["looks_reached_share"] == pytest.approx(2 / 3)
     assert holds("lifted_share", 0.5) is False and holds("lifted_share", 0.8) and holds("points", 0) is None
+    # angles of 2 and 20 degrees are within 26.6, those of 4 and 40 half, those of 20 and 200 half
+    assert [value[f"antipodal_share{end}"] for end in ("", "_pca", "_nearest")] == [1, 0.5, 0.5]
+    assert value["pull"] == 4 and value["pull_p10"] == 0 and value["settled"] == pytest.approx(np.rad2deg(0.2))
+    assert value["lifted_share_fixed_pca"] == 0.5 and value["found_share_fixed"] == 0.75
+    assert (
+        value["reached"] == pytest.approx(2 / 3)
+        and value["reach_touched"] == 1
+        and value["reach_lifted"] == pytest.approx(2 / 3)
+    )
+    assert value["reach_error_mm"] == pytest.approx(1) and value["reach_error_deg"] == pytest.approx(0.5)
+    assert value["aim_error"] == pytest.approx(5) and value["reach_seconds"] == 4
+    assert value["normal_error_mug_pca"] == pytest.approx(8)
     assert set(BARS) <= set(rows) and all(definition(name) for name in rows)
     text = page(rows, GraspConfig(), ["figures/grasp-lift.gif"])
     assert "(missed)" in text and "![figures/grasp-lift.gif]" in text and text.count("| lifted_share_friction030") == 3
+    assert "0.667 of the grasps" in text and "less than the plane on box, mug;" in text
+    worse = {name: entry | {"value": 90.0} if name == "normal_error_box" else entry for name, entry in rows.items()}
+    assert "less than the plane on mug; not less on box." in " ".join(page(worse, GraspConfig()).split())
 
 
 def test_options_are_checked() -> None:
@@ -139,6 +169,9 @@ def test_options_are_checked() -> None:
         {"poses": 0},
         {"friction": -1.0},
         {"slippery": (0.8,)},
+        {"slippery": (0.301, 0.3)},  # one row for both
+        {"friction": float("nan")},
+        {"seed": -1},
     ):
         with pytest.raises(UsageError):
             run(replace(GraspConfig(), **wrong))
@@ -155,5 +188,8 @@ def test_a_whole_case_lifts_and_is_resumed(tmp_path, capsys) -> None:
         assert run(config) == 0
     assert file.stat().st_mtime_ns == made
     rows = json.loads((tmp_path / "rows.json").read_text())["grasp"]
+    stored = np.load(file)
+    assert 0 < np.linalg.norm(stored["aim"] - stored["place"]) < 0.04  # it looks where it saw, not where the object is
+    assert rows["reached"]["value"] == 1 and rows["reach_lifted"]["value"] == 1 and rows["reach_error_mm"]["value"] < 5
     assert rows["lifted_share"]["value"] == 1 and rows["normal_error"]["value"] < 4
     assert "lifted_share" in capsys.readouterr().out

@@ -85,3 +85,9 @@ def test_tune_by_gradient() -> None:
 @pytest.mark.skipif("HRCJAX_ALL" not in os.environ, reason="minutes of compilation: HRCJAX_ALL=1 runs it")
 def test_a_reach_past_an_arm() -> None:
     assert images_of("06_a_reach_past_an_arm.py") == 5
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("HRCJAX_ALL" not in os.environ, reason="minutes of compilation: HRCJAX_ALL=1 runs it")
+def test_from_a_cloud_to_a_grasp() -> None:
+    assert images_of("05_from_a_cloud_to_a_grasp.py") == 4

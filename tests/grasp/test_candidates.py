@@ -1,5 +1,6 @@
 """Grasps on exact boxes and balls: where they are, what they keep away from, how they move with the object."""
 
+import dataclasses
 from functools import partial
 
 import jax
@@ -11,7 +12,7 @@ from surfaces import box, sphere
 from hrcjax.geom.rotation import rotation_rpy
 from hrcjax.geom.shape import box_distance, sphere_distance
 from hrcjax.grasp.approach import body_clearance, gripper_axes
-from hrcjax.grasp.candidates import Grasps, grasp_candidates
+from hrcjax.grasp.candidates import Grasps, best_pairs, grasp_candidates
 from hrcjax.grasp.contacts import Contacts
 from hrcjax.grasp.gripper import Gripper
 from hrcjax.grasp.params import GraspParams
@@ -136,3 +137,58 @@ def test_float32_stays_float32() -> None:
 def test_a_field_that_is_no_number_lets_no_grasp_through() -> None:
     found = exact_contacts(*box(HALF, 0.03))
     assert not np.asarray(jax.jit(partial(search, clearance=lambda x: x[2] * jnp.nan))(found).mask).any()
+
+
+def few(params=PARAMS, clearance=on_table, planarity=None) -> Grasps:
+    found = exact_contacts(*box(HALF, 0.02))
+    if planarity is not None:
+        found = Contacts(found.points, found.normals, jnp.asarray(planarity(np.asarray(found.points))), found.mask)
+    return jax.jit(partial(search, clearance=clearance, params=params))(found)
+
+
+def test_the_order_of_the_contacts_does_not_matter() -> None:
+    """Each finds its best partner, before or after it in the list."""
+    chance = np.random.default_rng(0)
+    points, normals = box(HALF, 0.01)
+    noise = chance.normal(0, 1e-3, points.shape)
+    both = []
+    for order in (np.arange(len(points)), chance.permutation(len(points))):
+        found = exact_contacts((points + noise)[order], normals[order])
+        pairs = best_pairs(found, CENTRE, GRIPPER, PARAMS, 64)
+        assert len({tuple(sorted(c)) for c in np.asarray(pairs.contact)[np.isfinite(pairs.score)].tolist()}) == np.isfinite(pairs.score).sum()  # fmt: skip
+        both.append(np.asarray(pairs.score))
+    np.testing.assert_allclose(both[0], both[1], atol=1e-9)
+
+
+def test_flatter_places_are_preferred() -> None:
+    """Where the middle and the cone say nothing, those on the side whose normals are surer."""
+    params = dataclasses.replace(PARAMS, weight_centre=0.0, weight_down=0.0)
+    one = few(params, planarity=lambda x: np.where(x[:, 1] > 0, 1.0, 0.92))
+    assert np.asarray(one.p)[0, 1] > 0
+    other = few(params, planarity=lambda x: np.where(x[:, 1] < 0, 1.0, 0.92))
+    assert np.asarray(other.p)[0, 1] < 0
+
+
+def test_steep_approaches_are_preferred_and_flat_ones_refused() -> None:
+    down = -np.asarray(few().R)[:, 2, 2][np.asarray(few().mask)]
+    assert down[0] > 0.99 and (down >= PARAMS.least_down).all()
+    steepest = few(dataclasses.replace(PARAMS, least_down=1.01))
+    assert not np.asarray(steepest.mask).any()
+
+
+def test_what_is_only_in_the_way_of_the_approach_counts() -> None:
+    """A plate over the object, beyond the fingers' length at the grasp."""
+
+    def under_a_plate(x):
+        return jnp.minimum(on_table(x), box_distance(x, jnp.asarray([0, 0, 0.24]), jnp.asarray([0.5, 0.5, 0.01])))
+
+    assert np.asarray(few().mask).any()
+    assert not np.asarray(few(clearance=under_a_plate).mask).any()
+
+
+def test_the_pads_open_by_the_clearance_as_far_as_the_stroke_goes() -> None:
+    one = few(dataclasses.replace(PARAMS, clearance=0.005))
+    mask = np.asarray(one.mask)
+    np.testing.assert_allclose(np.asarray(one.opening)[mask], np.asarray(one.width)[mask] + 0.01, atol=1e-6)
+    wide = few(dataclasses.replace(PARAMS, clearance=0.05))
+    np.testing.assert_allclose(np.asarray(wide.opening)[np.asarray(wide.mask)], GRIPPER.stroke, atol=1e-6)

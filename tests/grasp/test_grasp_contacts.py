@@ -97,3 +97,24 @@ def test_no_points_give_no_contacts_and_finite_numbers() -> None:
     for one in found(nothing).values():
         assert not np.asarray(one.mask).any()
         assert np.isfinite(np.asarray(one.normals)).all() and np.isfinite(np.asarray(one.planarity)).all()
+
+
+def test_points_on_a_line_have_no_plane() -> None:
+    line = np.outer(np.arange(12) * 0.006, [0.6, 0.0, 0.8])
+    one = seen(line, np.tile([0.0, 1.0, 0.0], (12, 1)), jnp.dtype("float64"))
+    ways = found(one)
+    assert not np.asarray(ways["pca"].mask).any() and not np.asarray(ways["hessian"].mask).any()
+
+
+def test_a_place_that_is_no_number_is_no_contact() -> None:
+    points, normals = SHAPES["sphere"]
+    points = points.copy()
+    points[3] = np.nan
+    for one in found(seen(points, normals, jnp.dtype("float64"))).values():
+        used = np.asarray(one.mask)
+        assert np.isfinite(np.asarray(one.normals)[used]).all() and np.isfinite(np.asarray(one.points)[used]).all()
+
+
+def test_three_points_are_too_few_for_a_plane() -> None:
+    points = np.array([[0, 0, 0], [0.006, 0, 0], [0, 0.006, 0.0]])
+    assert not np.asarray(found(seen(points, np.tile([0.0, 0, 1], (3, 1)), jnp.dtype("float64")))["pca"].mask).any()
