@@ -103,7 +103,7 @@ class Bench:
             R, p = grasps.R[taken].astype(float), grasps.p[taken].astype(float)
             for k, mu in enumerate(frictions):
                 scene = make_scene(shape, pose, self.gripper, mu)
-                lifts[k] = lift(scene, R, p, float(grasps.opening[taken]), float(self.params.approach))
+                lifts[k] = lift(scene, R, p, float(grasps.opening[taken]), float(jnp.asarray(self.params.approach)))
                 if pulled and k == 0 and lifts[0].lifted:
                     borne = pull(scene)
         angles = true_angles(exact[grasps.contact], grasps.R[:, :, 1])

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import beta
@@ -13,7 +14,7 @@ from hrcjax.lab.case_store import Case
 
 from .pipeline import WAYS
 
-FRICTION = float(np.asarray(GraspParams().friction))
+FRICTION = float(jnp.asarray(GraspParams().friction))
 """That grasps are chosen for [1]."""
 Rows = dict[str, dict[str, Any]]
 BARS = {"lifted_share": 0.8}

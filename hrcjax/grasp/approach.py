@@ -11,7 +11,8 @@ from hrcjax.typing import Array, DistanceFn, Float, Matrix3, Scalar, Vector3
 TURNS = tuple(np.deg2rad([0.0, 20.0, -20.0, 40.0, -40.0, 60.0, -60.0]).tolist())
 """Turns of the approach about the closing axis, from as steep as it can be [rad]."""
 STOPS = (0.0, 0.5, 1.0)
-"""Shares of the approach at which the body is checked: the fingers' length covers what lies between [1]."""
+"""Shares of the approach at which the body is checked: the fingers' length covers what lies between, on an approach of
+at most twice that length [1]."""
 
 
 def gripper_axes(axis: Vector3, turn: Scalar, up: Vector3) -> Matrix3:

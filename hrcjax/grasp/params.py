@@ -29,7 +29,7 @@ class GraspParams(eqx.Module):
     margin: Scalar = 0.003
     """Least distance of the gripper's body from object and table, on the approach and at the grasp [m]."""
     approach: Scalar = 0.1
-    """Length of the straight approach [m]."""
+    """Length of the straight approach; at most twice that of the fingers, or places between the checks are missed [m]."""
     least_down: Scalar = 0.3
     """Least cosine between the approach and straight down [1]."""
     weight_cone: Scalar = 1.0

@@ -49,6 +49,7 @@ def reach(arm: Arm, R: Matrix3, p: Vector3, approach: Scalar, table: Scalar = 0.
     radii = jnp.asarray(arm.control_radii, dtype)
     tool = np.array([link == arm.tool_link for link in arm.control_links])
     pan = jnp.arctan2(p[1], p[0]) - jnp.arctan2(*_tool_at_home(arm, dtype))
+    pan = jnp.arctan2(jnp.sin(pan), jnp.cos(pan))  # the short way round
 
     def sought(swing: Array, half: Array) -> Reach:
         guess = home.at[0].set(home[0] + pan + swing)

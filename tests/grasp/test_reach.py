@@ -17,6 +17,7 @@ def test_the_arm_is_where_the_grasp_is_and_comes_along_the_approach() -> None:
     p = jnp.asarray([[0.0, 0.5, 0.05], [0.1, 0.45, 0.04], [0.0, 1.2, 0.05]])
     found = jax.jit(jax.vmap(lambda R, p: reach(arm, R, p, 0.1)))(R, p)
     assert found.ok.tolist() == [True, True, False]
+    assert (np.abs(np.asarray(found.q)[:2, 0] - arm.home[0]) < np.pi).all()  # the short way round from home
     for k in (0, 1):
         for q, back in ((found.q[k], 0.0), (found.q_before[k], 0.1)):
             R_tool, at = tool_frame(arm, q)
