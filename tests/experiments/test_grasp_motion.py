@@ -158,7 +158,7 @@ def test_the_hand_goes_the_way_that_the_arm_came() -> None:
     scene = make_scene(shape_named("box"), (ASIDE, 0.0, 0), GRIPPER)
     centre = scene.centre()
     ends = np.stack([centre + np.array([0, 0, 0.1]), centre + np.array([0.15, 0, 0.1])])
-    assert not lift(scene, DOWN, centre, 0.085, came=(np.stack([DOWN, DOWN]), ends)).held
+    assert not lift(scene, DOWN, ends[-1], 0.085, came=(np.stack([DOWN, DOWN]), ends)).held
     scene = make_scene(shape_named("box"), (ASIDE, 0.0, 0), GRIPPER)
     through = np.stack([centre + np.array([0.15, 0, 0]), centre])
     assert lift(scene, DOWN, centre, 0.055, came=(np.stack([DOWN, DOWN]), through)).pushed > 0.01
