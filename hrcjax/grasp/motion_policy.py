@@ -8,7 +8,7 @@
 | collision | spheres of fingers and palm | from 4 cm on, on the approach from 6 mm on |
 | self-collision | spheres of links three joints apart or more | from 2 cm on |
 | joint limit, speed cap, damping | joints | |
-| posture | joints, to those of the inverse kinematics | 0.1: it decides which elbow, and which way round |
+| posture | joints, to those of the inverse kinematics | small: it does not always decide which way round |
 """
 
 import equinox as eqx
@@ -72,7 +72,7 @@ class MotionPolicyParams(eqx.Module):
     joint_limit: JointLimitParams = JointLimitParams()
     speed_cap: SpeedCapParams = SpeedCapParams()
     damping: DampingParams = DampingParams()
-    posture: PostureParams = PostureParams(weight=0.1, kp=10.0, kd=7.0)
+    posture: PostureParams = PostureParams(weight=0.002, kp=10.0, kd=7.0)
     """Pull to the joints of the inverse kinematics."""
     resolve: ResolveParams = ResolveParams()
 
