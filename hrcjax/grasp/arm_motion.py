@@ -1,5 +1,7 @@
 """The arm brings the gripper to a grasp by its policies: from home to the begin of the approach, and along it.
 
+In transit the goal runs along the straight line in joint space to the joints of the inverse kinematics: a pose alone leaves open
+which way round the arm goes, and a wrong one ends where links touch. On the approach the goal is the grasp itself.
 The dynamics are the arm's own (computed torque within the motors' limits, 125 Hz); speeds and accelerations of the joints are limited.
 The policies know of the object what the field of distance says.
 """
@@ -14,7 +16,7 @@ from hrcjax.grasp.gripper import Gripper
 from hrcjax.grasp.hand_points import hand_points
 from hrcjax.grasp.motion_policy import MotionPolicyParams, motion_acceleration
 from hrcjax.numerics import safe_norm
-from hrcjax.policy import JointLimits, MovingFrame, limit_acceleration
+from hrcjax.policy import JointLimits, MovingFrame, limit_acceleration, turn
 from hrcjax.robot import Arm, ArmState, inverse_dynamics, limit_torque, step, tool_frame
 from hrcjax.robot.ik import rotation_error
 from hrcjax.safety import guard
@@ -30,6 +32,10 @@ PACE = 0.1
 """Of the goal along the approach [m/s]."""
 CLOSE, STRAIGHT = 0.005, float(np.deg2rad(3.0))
 """Errors of a pose that counts as reached [m], [rad]."""
+PEAK = 1.875
+"""Greatest speed on a line with the least jerk, over its mean [1]."""
+HASTE = 0.5
+"""Greatest joint speed of the reference in transit, over its limit [1]."""
 GAIN = 40.0
 """Velocity feedback of the joint servo [1/s]."""
 
@@ -78,17 +84,24 @@ def move_to_grasp(
     hand = hand_points(gripper, opening, dtype)
     still = jnp.zeros(3, dtype)
     dt = 1 / RATE
+    home = jnp.asarray(arm.home, dtype)
+    seconds = jnp.maximum(1.0, PEAK * jnp.max(jnp.abs(q_before - home) / limits.qd_max) / HASTE)
 
-    def tick(carry: tuple[ArmState, Array], _: None) -> tuple[tuple[ArmState, Array], Moved]:
+    def tick(carry: tuple[ArmState, Array], time: Scalar) -> tuple[tuple[ArmState, Array], Moved]:
         state, way = carry
+        line, line_speed = straight_joints(home, q_before, time / seconds, seconds)
+        arriving = time >= seconds
         R_now, p_now = tool_frame(arm, state.q)
         at = p - (approach - way) * wanted[:, 2]
         twist = safe_norm(rotation_error(wanted, R_now))
-        there = (safe_norm(at - p_now) < CLOSE) & (twist < STRAIGHT)
+        there = (safe_norm(at - p_now) < CLOSE) & (twist < STRAIGHT) & arriving
         pace = jnp.where(there & (way < approach), PACE, 0.0).astype(dtype)
-        goal = MovingFrame(wanted, at, pace * wanted[:, 2], still, still, still)
+        last = MovingFrame(wanted, at, pace * wanted[:, 2], still, still, still)
+        goal = jax.tree.map(lambda end, on: jnp.where(arriving, end, on), last, carried_frame(arm, line, line_speed))
         near = (way > 0).astype(dtype)
-        asked = motion_acceleration(params, arm, state.q, state.qd, goal, hand, clearance, near, limits, q_before)
+        asked = motion_acceleration(
+            params, arm, state.q, state.qd, goal, hand, clearance, near, limits, line, line_speed
+        )
         brake = limit_acceleration(-state.qd / dt, state.q, state.qd, limits, dt)[0]
         safe, bad = guard(asked, brake)
         qdd = limit_acceleration(safe, state.q, state.qd, limits, dt)[0]
@@ -98,9 +111,29 @@ def move_to_grasp(
         after = tracked(arm, state, qdd, dt)
         return (after, jnp.minimum(way + pace * dt, approach)), record
 
-    home = jnp.asarray(arm.home, dtype)
     start = (ArmState(home, jnp.zeros_like(home)), jnp.zeros((), dtype))
-    return jax.lax.scan(tick, start, length=round(SECONDS * RATE))[1]
+    return jax.lax.scan(tick, start, jnp.arange(round(SECONDS * RATE), dtype=dtype) * dt)[1]
+
+
+def straight_joints(start: Joints, end: Joints, share: Scalar, seconds: Scalar) -> tuple[Joints, Joints]:
+    """Joints [rad] and their speeds [rad/s] on a straight line with the least jerk, at rest at both ends (Flash and Hogan 1985).
+
+    Args:
+        start, end: of the line [rad].
+        share: of the time that is over; past 1 it stays at the end [1].
+        seconds: for the whole line [s].
+    """
+    s = jnp.clip(share, 0.0, 1.0)
+    done, pace = s**3 * (10 - 15 * s + 6 * s**2), 30 * s**2 * (1 - s) ** 2 / seconds
+    return start + done * (end - start), pace * (end - start)
+
+
+def carried_frame(arm: Arm, q: Joints, qd: Joints) -> MovingFrame:
+    """The tool's frame and its velocity at joints that move; its acceleration is left out."""
+    frame = turn(lambda at: tool_frame(arm, at)[0], q, qd)
+    p, v = jax.jvp(lambda at: tool_frame(arm, at)[1], (q,), (qd,))
+    still = jnp.zeros_like(p)
+    return MovingFrame(frame.R, p, v, frame.omega, still, still)
 
 
 def tracked(arm: Arm, state: ArmState, qdd: Joints, dt: float) -> ArmState:

@@ -8,7 +8,7 @@
 | collision | spheres of fingers and palm | from 4 cm on, on the approach from 6 mm on |
 | self-collision | spheres of links three joints apart or more | from 2 cm on |
 | joint limit, speed cap, damping | joints | |
-| posture | joints, to those of the inverse kinematics | small: it does not always decide which way round |
+| posture | joints, to a reference that may move | 0.3 in transit, where it decides which way round; small on the approach |
 """
 
 import equinox as eqx
@@ -72,8 +72,10 @@ class MotionPolicyParams(eqx.Module):
     joint_limit: JointLimitParams = JointLimitParams()
     speed_cap: SpeedCapParams = SpeedCapParams()
     damping: DampingParams = DampingParams()
+    transit: PostureParams = PostureParams(weight=0.3, kp=10.0, kd=7.0)
+    """Pull to the joints of the reference, in transit."""
     posture: PostureParams = PostureParams(weight=0.002, kp=10.0, kd=7.0)
-    """Pull to the joints of the inverse kinematics."""
+    """The same on the approach, where it must not hold the tool back."""
     resolve: ResolveParams = ResolveParams()
 
 
@@ -88,6 +90,7 @@ def motion_acceleration(
     near: Scalar,
     limits: JointLimits,
     rest: Joints,
+    rest_speed: Joints,
 ) -> Joints:
     """The joint acceleration that the leaves together ask for; not limited: see `hrcjax.policy.limit_acceleration` [rad/s^2].
 
@@ -98,9 +101,10 @@ def motion_acceleration(
         goal: frame that tool point and axes are drawn to.
         hand: the gripper as it is opened.
         clearance: point -> distance to what must not be touched [m].
-        near: 0 in transit, 1 on the approach: which numbers the collision leaf of the hand has [1].
+        near: 0 in transit, 1 on the approach: which numbers the collision leaf of the hand and the posture have [1].
         limits: of the joints; only the range is used here.
         rest: joint positions that decide what the tool leaves open [rad].
+        rest_speed: and their speeds [rad/s].
 
     Not finite if: the distance or its gradient is not.
     """
@@ -115,7 +119,9 @@ def motion_acceleration(
     M, a = orientation(p.orientation, frame.R, frame.omega, goal.R, goal.omega, goal.alpha)
     total = add(total, pullback(frame.J, frame.Jd_qd, M, a))
     share = jnp.asarray(near, q.dtype)
-    fingers = jax.tree.map(lambda far, close: far + share * (close - far), p.hand, p.near)
+    fingers, held = jax.tree.map(
+        lambda far, close: far + share * (close - far), (p.hand, p.transit), (p.near, p.posture)
+    )
     radii = jnp.asarray(arm.control_radii, q.dtype)
     outer = jax.tree.map(lambda leaf: leaf[links], body)
     total = add(total, off_surfaces(p.links, outer, radii[links], clearance))
@@ -128,7 +134,7 @@ def motion_acceleration(
         (m_high, -a_high),
         jax.vmap(lambda v: speed_cap(p.speed_cap, v))(qd),
         jax.vmap(lambda v: damping(p.damping, v))(qd),
-        posture(p.posture, q, qd, rest),
+        posture(held, q, qd - rest_speed, rest),
     ):
         total = add(total, pullback_joints(m, a))
     return resolve(p.resolve, total)
