@@ -10,7 +10,7 @@ from .rows import BARS, definition, holds
 
 HEAD = """# Grasps from noisy depth
 
-Written by `python -m experiments.grasp --json FILE --page FILE`; do not edit. `--help` explains every option.
+Written by `python -m experiments.grasp --poses {poses} --seed {seed} --json FILE --page FILE`; do not edit. `--help` explains every option.
 
 Ten shapes of household size ({poses} poses each, seed {seed}) on a table before a UR5, {cameras}, with the D435i's noise. The median of {frames}
 images from every place is fused into a map of 6 mm. Its points have normals in three ways:
@@ -27,7 +27,7 @@ the middle of what the stationary ones saw. A gripper with box fingers (40 N eac
 but contact and friction holds the object. Objects weigh 500 kg/m^3.
 
 For the Hessian's grasps the arm goes there too: a UR5 with its own dynamics at 125 Hz, by the leaves of `hrcjax/grasp/motion_policy.py`, from home to the
-begin of the approach and along it at 0.1 m/s, past what the map knows of the object and the table. Touching is judged by the exact
+begin of the approach along the straight line in joint space, and along the approach at 0.1 m/s, past what the map knows of the object and the table. Touching is judged by the exact
 shapes. The gripper then lifts from where the arm arrived, having come the arm's way (rows `reach...`).
 
 Numbers of the method (length scale, spacings, weights, where the nearest point is read, gains) were chosen on objects of seed 0.

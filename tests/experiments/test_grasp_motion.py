@@ -17,13 +17,13 @@ from experiments.grasp.touch import least_distances, link_distances
 from hrcjax.field import FieldParams, fit_exact
 from hrcjax.geom.cloud import Cloud
 from hrcjax.grasp.approach import gripper_axes
-from hrcjax.grasp.arm_motion import CLOSE, STRAIGHT, Moved
+from hrcjax.grasp.arm_motion import CLOSE, STRAIGHT, Moved, carried_frame, straight_joints
 from hrcjax.grasp.candidates import Grasps
 from hrcjax.grasp.gripper import Gripper
 from hrcjax.grasp.motion_policy import MotionPolicyParams, off_surfaces
 from hrcjax.grasp.reach import arm_with_gripper, reach
 from hrcjax.policy import CollisionParams
-from hrcjax.robot import arm_capsules, load_arm, point_motion
+from hrcjax.robot import arm_capsules, load_arm, point_motion, tool_frame
 
 GRIPPER = Gripper()
 ARM = arm_with_gripper(load_arm(), GRIPPER)
@@ -62,6 +62,36 @@ def test_the_arm_comes_to_the_grasp_along_the_approach(to_a_block) -> None:
     aside = (moved.p - p) - np.outer((moved.p - p) @ R[:, 2], R[:, 2])
     assert near.sum() > 20 and np.linalg.norm(aside[near], axis=1).max() < 0.006
     assert (np.diff(moved.way) >= 0).all() and moved.way[-1] == pytest.approx(0.1, abs=1e-5)
+
+
+@pytest.mark.slow
+def test_in_transit_the_joints_keep_to_their_straight_line(to_a_block) -> None:
+    """The way round is that of the inverse kinematics; the field is far from the line here."""
+    moved, *_ = to_a_block
+    transit = moved.q[moved.way == 0]
+    line = transit[-1] - transit[0]
+    along = (transit - transit[0]) @ line / (line @ line)
+    aside = transit - transit[0] - np.outer(along, line)
+    assert np.linalg.norm(line) > 0.5 and np.abs(aside).max() < 0.05
+    assert along.min() > -0.01 and along.max() < 1.02
+
+
+def test_the_line_in_joint_space_by_differences() -> None:
+    start, end = jnp.asarray(ARM.home), jnp.asarray(ARM.home) + jnp.asarray([0.5, -0.4, 0.3, 0.2, -0.1, 0.6])
+    seconds, h = 2.0, 1e-4
+    for at in (-0.1, 0.0, 0.6, 1.3, 2.0, 2.5):
+        q, qd = straight_joints(start, end, jnp.asarray(at / seconds), jnp.asarray(seconds))
+        ends = [
+            straight_joints(start, end, jnp.asarray((at + s * h) / seconds), jnp.asarray(seconds))[0] for s in (-1, 1)
+        ]
+        np.testing.assert_allclose(qd, (ends[1] - ends[0]) / (2 * h), atol=1e-6)
+        frame, (R, p) = carried_frame(ARM, q, qd), tool_frame(ARM, q)
+        np.testing.assert_array_equal(frame.p, p)
+        (R0, p0), (R1, p1) = (tool_frame(ARM, one) for one in ends)
+        np.testing.assert_allclose(frame.v, (p1 - p0) / (2 * h), atol=1e-5)
+        rate = (R1 - R0) @ R.T / (2 * h)
+        np.testing.assert_allclose(frame.omega, [rate[2, 1], rate[0, 2], rate[1, 0]], atol=1e-5)
+    np.testing.assert_array_equal(straight_joints(start, end, jnp.asarray(9.0), jnp.asarray(seconds))[0], end)
 
 
 @pytest.mark.slow
