@@ -169,7 +169,7 @@ axes.set_aspect("equal")
 # %% [markdown]
 # ## The arm goes there
 # Leaves, composed: a target for the tool point, one for its orientation on SO(3), collision of links, fingers and palm with the field,
-# self-collision, joint limits, speed cap, damping, and a weak posture. First to the begin of the approach, then along
+# self-collision, joint limits, speed cap, damping, and posture. First along the straight line in joint space to the begin of the approach, then along
 # it, where the leaf of the fingers reaches 6 mm only: they pass the object by some millimetres.
 
 # %%
