@@ -35,7 +35,6 @@ from hrcjax.numerics import unrolled_options
 from hrcjax.policy.collision import collision
 from hrcjax.policy.repulsion import repulsion
 from hrcjax.policy.target import target
-from hrcjax.safety import SafetyDecision
 from hrcjax.sim import Fields, SafetyPart, episode, outcome
 from hrcjax.sim.default_parts import PERSON_FADE
 from hrcjax.viz import Obstacles, PathLine, PersonPoses, plan_view
@@ -72,7 +71,10 @@ class Watched(eqx.Module):
 def decide(p, memory, seen):
     memory, found = cell.safety.decide(p.own, memory, seen)
     free, none = jnp.full_like(found.point_limit, 100.0), jnp.zeros_like(found.zone)
-    nothing = SafetyDecision(none, free[0], free, found.scale, jnp.asarray(False), none, free[0])
+    nothing = replace(
+        found, zone=none, speed_limit=free[0], point_limit=free, hold=jnp.asarray(False), reasons=none, any_limit=free[0],
+        aside=0.0 * free[0], gain=free[0],
+    )  # fmt: skip
     return memory, jax.tree.map(lambda a, b: jnp.where(p.watched, a, b), found, nothing)
 
 

@@ -40,7 +40,7 @@ READ = """
 * All rows are of one recording, of one person. Other people, gloves, and cameras from above are not in it.
 * `run` was tried with MediaPipe 1.2.2 on drawn and rendered hands, in none of which its model found a hand: nothing is measured from camera
   image to command.
-* The disorder `mixed`, `cloud` and `torn` is of kinds that training did not see. Other real gestures, such as a thumb or a V, are
+* The disorder `mixed` and `torn` is of kinds that training did not see. Other real gestures, such as a thumb or a V, are
   represented by hands put together (`rejected_other`), not by recordings.
 """
 

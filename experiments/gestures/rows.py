@@ -30,7 +30,7 @@ DEFINITIONS = {
     "rejected": "least of the following shares of hands in disorder that are taken for none",
     "rejected_shuffled": "landmarks in another order",
     "rejected_mixed": "every landmark from another hand; training saw no such",
-    "rejected_cloud": "points of a normal distribution; training saw no such",
+    "rejected_cloud": "points of a normal distribution; training saw uniform ones",
     "rejected_torn": "every finger in the place of another; training saw no such",
     "rejected_other": "hands with other fingers extended that are taken for none; made of held-out hands",
     "calibration_error": "expected calibration error of held-out rows, 15 bins",

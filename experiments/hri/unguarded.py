@@ -1,5 +1,7 @@
 """The safety layer switched off: for comparison with a baseline that has none. Bad data still hold the arm."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax.numpy as jnp
 
@@ -13,6 +15,7 @@ UNBOUNDED = 100.0
 def _decide(params: SafetyParams, memory: ZoneState, seen: Separation) -> tuple[ZoneState, SafetyDecision]:
     memory, found = separation_monitor(params, memory, seen)
     free = jnp.where(found.hold, 0.0, UNBOUNDED).astype(found.speed_limit.dtype)
+    found = replace(found, aside=None, gain=None)
     return memory, eqx.tree_at(
         lambda d: (d.point_limit, d.speed_limit, d.any_limit, d.zone, d.reasons),
         eqx.tree_at(lambda d: d.any_limit, found, free, is_leaf=lambda x: x is None),

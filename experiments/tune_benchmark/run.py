@@ -127,7 +127,7 @@ def _costs(config: TuneBenchmarkConfig, store: RunStore, forward: Forward, slope
     """Times and ratio of the gradient, measured once in a run; none if they are not needed."""
     if config.ratio or not set(BY_GRADIENT) & set(config.methods):
         return {}
-    case, new = store.take("cost/gradient", lambda: slopes.cost(forward))
+    case, new = store.take(f"cost/gradient-{slopes.at_once}", lambda: slopes.cost(forward))
     costs = {name: float(value) for name, value in case.items()}
     if new:
         text = f"the gradient of an episode counts as {costs['ratio']:.3g} forward ones; {duration(costs['gradient_compile_s'])} to compile it"

@@ -107,7 +107,9 @@ def update_commands(
     need = jnp.asarray([r.frames for r in rules], row_type)
     known = (dt > 0) & (dt <= params.longest_gap)
     step = jnp.where(known, jnp.clip(dt, 0.0, LONGEST_FRAME), 0.0).astype(dtype)
-    held, row = jnp.where(known, state.held, 0.0), jnp.where(known, state.row, 0)
+    # over a gap what counts towards motion begins anew; what counts towards a stop stays
+    stays = known | jnp.asarray([True, False, False, False])
+    held, row = jnp.where(known, state.held, 0.0), jnp.where(stays, state.row, 0)
     # only the time between two votes counts: what a hand did before it was first seen is not known
     held = jnp.where(
         vote, jnp.minimum(held + jnp.where(row > 0, step, 0.0), hold), jnp.maximum(held - loss * step, 0.0)

@@ -93,8 +93,12 @@ def nearest_obstacles(solids: RoundedBoxes, x: list[Float[Array, "point sample"]
     Args:
         x: the three coordinates of the points [m].
         count: how many for each point.
+
+    Raises: ValueError if there are more obstacles than the lowest bits can number, 32.
     """
     boxes = solids.center.shape[0]
+    if boxes > 1 << _INDEX_BITS:
+        raise ValueError(f"{boxes} obstacles; accepted are at most {1 << _INDEX_BITS}")
     mask = jnp.int32((1 << _INDEX_BITS) - 1)
     keys = []
     for box, distance in enumerate(surface_distances(solids, x)):

@@ -145,9 +145,10 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
             f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}"
         )
     any_limit = decision.speed_limit if decision.any_limit is None else decision.any_limit
+    bounds = [bound for bound in (decision.aside, decision.widest, decision.gain) if bound is not None]
     unread = ~all_finite(
-        towards_people.distance, approach, room.standing_distance, decision.speed_limit, decision.point_limit, any_limit
-    )
+        towards_people.distance, approach, room.standing_distance, decision.speed_limit, decision.point_limit, any_limit, *bounds
+    )  # fmt: skip
     hold = decision.hold | unread
     zone = decision.zone
     if sensed.stop is not None:

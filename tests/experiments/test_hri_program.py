@@ -178,6 +178,7 @@ def test_without_the_safety_layer_nothing_is_limited_but_bad_data_hold() -> None
     start = UNGUARDED.start(jnp.float32)
     near = UNGUARDED.decide(params, start, seen(0.05))[1]
     assert float(near.point_limit.min()) == float(near.any_limit) == UNBOUNDED and not near.hold and int(near.zone) == 0
+    assert near.aside is None and near.gain is None
     assert float(separation_monitor(params, start, seen(0.05))[1].point_limit.max()) <= 0
     for bad in (seen(float("nan")), seen(0.5, age=9.0)):
         held = UNGUARDED.decide(params, start, bad)[1]

@@ -150,3 +150,12 @@ def test_what_is_not_a_number_is_no_vote() -> None:
         nothing = jnp.full((2, 4), jnp.nan, jnp.float32)
         state, command = update_commands(PARAMS, state, nothing, jnp.ones(2, bool), jnp.float32(1 / 30))
         assert int(command) == NO_COMMAND and bool(state.stopped)
+
+
+@pytest.mark.parametrize("dt", [0.25, 0.0, float("nan")])
+def test_a_slow_stream_stops_but_lets_nothing_start(dt) -> None:
+    """Over gaps votes for a stop add up; those for motion do not."""
+    command, stands = told([OPEN] * 6, dt=dt)
+    assert command[1] == STOP and stands[1:].all()
+    command, stands = told([CLOSED] * 40, dt=dt, stopped=True)
+    assert (command == NO_COMMAND).all() and stands.all()

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from hrcjax.geom.segment import FAR
@@ -51,3 +52,9 @@ def test_distances_and_normals_are_those_of_each_box():
             np.asarray(least_distance(solids, x)).reshape(-1), np.asarray(every).min(axis=1), atol=1e-6
         )
     assert (np.asarray(every).min(axis=1) < 0).any()
+
+
+def test_more_obstacles_than_can_be_numbered_are_refused() -> None:
+    many = RoundedBoxes(jnp.zeros((33, 3)), jnp.ones((33, 3)), jnp.zeros(33))
+    with pytest.raises(ValueError, match="at most 32"):
+        nearest_obstacles(many, [jnp.zeros((1, 1))] * 3, 1)

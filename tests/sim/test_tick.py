@@ -12,7 +12,15 @@ from hrcjax.plan import PathParams
 from hrcjax.robot import control_points
 from hrcjax.safety import SsmParams, stopping_distance
 from hrcjax.sim import Fields, Params, fit_fields
-from hrcjax.sim.tick import NOT_FINITE_COMMAND, Sensed, full_brake, initial_state, joint_limits, tick
+from hrcjax.sim.tick import (
+    NOT_FINITE_COMMAND,
+    NOT_FINITE_READING,
+    Sensed,
+    full_brake,
+    initial_state,
+    joint_limits,
+    tick,
+)
 
 
 @pytest.fixture(scope="module")
@@ -23,9 +31,10 @@ def program(cell, world):
     fields = jax.jit(fit_fields)(params.field, frames)
     newest = Fields(fields.static, jax.tree.map(lambda a: a[0], fields.moving))
 
-    def run(state, age):
+    def run(state, age, aside=0.03):
+        asked = eqx.tree_at(lambda p: p.safety.zone.aside, params, jnp.asarray(aside, jnp.float32))
         sensed = Sensed(newest, age, jnp.asarray(True), jnp.asarray(False), jnp.asarray(0))
-        return tick(params, cell, route, sensed, state)
+        return tick(asked, cell, route, sensed, state)
 
     return jax.jit(run, compiler_options=unrolled_options())
 
@@ -49,6 +58,14 @@ def test_old_data_brake_at_the_joints_full_rate(program, world, cell) -> None:
     state = eqx.tree_at(lambda s: s.arm.qd, initial_state(cell, world.q_start), jnp.full(6, 0.5, jnp.float32))
     _, record = program(state, jnp.asarray(0.3, jnp.float32))
     np.testing.assert_allclose(record.qdd, -15.0, rtol=1e-4)
+
+
+@pytest.mark.slow
+def test_a_bound_of_directions_that_is_no_number_is_named(program, world, cell) -> None:
+    """Unchecked it would count as a direction known exactly."""
+    state, old = initial_state(cell, world.q_start), jnp.asarray(0.3, jnp.float32)
+    assert not int(program(state, old)[1].status) & NOT_FINITE_READING
+    assert int(program(state, old, jnp.nan)[1].status) & NOT_FINITE_READING
 
 
 def test_way_of_a_held_arm_is_within_what_separation_counts_on(cell) -> None:
