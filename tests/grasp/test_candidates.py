@@ -177,13 +177,14 @@ def test_steep_approaches_are_preferred_and_flat_ones_refused() -> None:
 
 
 def test_what_is_only_in_the_way_of_the_approach_counts() -> None:
-    """A plate over the object, beyond the fingers' length at the grasp."""
+    """A plate over the gripper at the grasp, which it passes on its way there."""
 
     def under_a_plate(x):
-        return jnp.minimum(on_table(x), box_distance(x, jnp.asarray([0, 0, 0.24]), jnp.asarray([0.5, 0.5, 0.01])))
+        return jnp.minimum(on_table(x), box_distance(x, jnp.asarray([0, 0, 0.14]), jnp.asarray([0.5, 0.5, 0.01])))
 
-    assert np.asarray(few().mask).any()
-    assert not np.asarray(few(clearance=under_a_plate).mask).any()
+    at_once = dataclasses.replace(PARAMS, approach=0.0)
+    assert np.asarray(few(params=at_once, clearance=under_a_plate).mask).any()
+    assert np.asarray(few().mask).any() and not np.asarray(few(clearance=under_a_plate).mask).any()
 
 
 def test_the_pads_open_by_the_clearance_as_far_as_the_stroke_goes() -> None:
