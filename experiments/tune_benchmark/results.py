@@ -122,7 +122,7 @@ def verdicts(found: Found) -> list[str]:
     for method, entries in found.entries.items():
         if choices(entries) < len(entries):
             said.append(
-                f"{method}: its {len(entries)} seeds ended with {choices(entries)} different, as each has the defaults among its starts "
+                f"{method}: its {len(entries)} seeds ended with {choices(entries)} setting{'s' * (choices(entries) > 1)}, as each has the defaults among its starts "
                 "or candidates; of their chance the intervals know no more."
             )
     if REFERENCE not in found.scores:
