@@ -49,7 +49,7 @@ READING = """
 * **`ways_...`** are the same episodes with a part switched off: people are read in directions 60 degrees apart alone. A stopped arm then turns
   away from the trunk and towards a hand before it. Without the retreat (`no_retreat_...`) other points move in a stop too.
 * **Directions.** A person who is 3 cm beside where the image shows them is seen 5 degrees off at 0.36 m, and 17 degrees at 0.1 m; one whose hand
-  has gone on since, more. In a stop limits therefore hold in all directions within an angle: by `safety.zone.aside`, and
+  has gone on since, more. In red and in a stop limits therefore hold in all directions within an angle: by `safety.zone.aside`, and
   `safety.zone.across_speed` times the age of the image. Points nearer than S_p(0) go away by `safety.zone.turn_away`, if they move at all.
 * **`chance_violations_stop`** counts approaches, along the direction at that tick, beside a person who has come to about C or nearer.
   Contacts are people who walk into the arm, but for `chance_contacts_approaching`.

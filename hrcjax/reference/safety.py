@@ -124,9 +124,10 @@ class Monitor:
         slow = state.zone in (RED, STOP) or guarded
         any_limit = 0.0 if hold else params.zone.red_speed if slow else params.zone.nominal_speed
         aside, gain = 0.0, inf
-        if state.zone == STOP:
+        if state.zone in (RED, STOP):
             old = min(max(age, 0.0), params.max_age) + self.dt
             aside = params.zone.aside + params.zone.across_speed * old
+        if state.zone == STOP:
             gain = params.zone.stop_acceleration * self.dt
         if hold:
             return state, Decision(np.zeros_like(d), hold, any_limit, aside, params.zone.widest, gain)

@@ -85,8 +85,8 @@ def monitor(
     The zone follows the nearest point; every point gets the limit of its own distance. The limits hold for motion
     towards the person: in a stop for closeness the robot may still retreat, and points far from everybody may move. Old, invalid or missing data, also from
     the future, hold the robot still in every direction. Motion that approaches nobody is bounded by the nominal speed, and in
-    red and stop, or guarded, by the red speed. In a stop limits hold in all directions in which the person may be by now, and
-    speed grows slowly.
+    red and stop, or guarded, by the red speed. In red and in a stop limits hold in all directions in which the person may be by
+    now; in a stop speed grows slowly besides.
 
     Args:
         d: distance of every control point's surface to the person; no person: a large finite number [m].
@@ -142,7 +142,7 @@ def monitor(
     any_limit = jnp.where(hold, 0.0, jnp.where(slow, params.zone.red_speed, params.zone.nominal_speed))
     stopped = state.zone == STOP
     moved = params.zone.across_speed * (jnp.clip(jnp.asarray(age), 0.0, params.max_age) + dt)
-    aside = jnp.where(stopped, params.zone.aside + moved, 0.0)
+    aside = jnp.where(stopped | (state.zone == RED), params.zone.aside + moved, 0.0)
     gain = jnp.where(stopped, params.zone.stop_acceleration * dt, UNLIMITED)
     waiting = (state.zone == STOP) & (reasons == 0)
     return state, SafetyDecision(

@@ -43,11 +43,11 @@ class ZoneParams(eqx.Module):
     """Speed at which every point nearer than S_p(0) moves away in a stop, if it moves: a person who is 3 cm beside where an image shows
     them is seen 5 degrees off at 0.36 m, and a point that slides by at the red speed approaches at 0.25 * 0.03 / 0.36 [m/s]."""
     aside: float = 0.03
-    """How far a person may be beside where an image shows them, when it is taken: directions in a stop are proof against it [m]."""
+    """How far a person may be beside where an image shows them, when it is taken: directions in red and in a stop are proof against it [m]."""
     across_speed: float = 0.5
-    """Speed across that is assumed of a person in a stop besides, since the image was taken; our choice [m/s]."""
+    """Speed across that is assumed of a person in red and in a stop besides, since the image was taken; our choice [m/s]."""
     widest: float = 0.707
-    """Sine of the largest angle by which a direction in a stop counts as off: at a touch every direction is open, and no motion would be
+    """Sine of the largest angle by which a direction counts as off: at a touch every direction is open, and no motion would be
     a retreat; our choice, 45 degrees [1]."""
     stop_acceleration: float = 0.5
     """Largest gain of speed of the fastest point in a stop, where every image may turn a retreat; slowing down is not bounded by it
