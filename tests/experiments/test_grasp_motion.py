@@ -105,19 +105,21 @@ def test_in_transit_the_joints_keep_to_their_straight_line(to_a_block) -> None:
 def test_the_line_in_joint_space_by_differences() -> None:
     start, end = jnp.asarray(ARM.home), jnp.asarray(ARM.home) + jnp.asarray([0.5, -0.4, 0.3, 0.2, -0.1, 0.6])
     seconds, h = 2.0, 1e-4
+
+    @jax.jit
+    def there(t):
+        q, qd = straight_joints(start, end, t / seconds, jnp.asarray(seconds))
+        return q, qd, carried_frame(ARM, q, qd), tool_frame(ARM, q)
+
     for at in (-0.1, 0.0, 0.6, 1.3, 2.0, 2.5):
-        q, qd = straight_joints(start, end, jnp.asarray(at / seconds), jnp.asarray(seconds))
-        ends = [
-            straight_joints(start, end, jnp.asarray((at + s * h) / seconds), jnp.asarray(seconds))[0] for s in (-1, 1)
-        ]
-        np.testing.assert_allclose(qd, (ends[1] - ends[0]) / (2 * h), atol=1e-6)
-        frame, (R, p) = carried_frame(ARM, q, qd), tool_frame(ARM, q)
+        (_, qd, frame, (R, p)), *ends = (there(at + s * h) for s in (0, -1, 1))
+        (q0, _, _, (R0, p0)), (q1, _, _, (R1, p1)) = ends
+        np.testing.assert_allclose(qd, (q1 - q0) / (2 * h), atol=1e-6)
         np.testing.assert_array_equal(frame.p, p)
-        (R0, p0), (R1, p1) = (tool_frame(ARM, one) for one in ends)
         np.testing.assert_allclose(frame.v, (p1 - p0) / (2 * h), atol=1e-5)
-        rate = (R1 - R0) @ R.T / (2 * h)
+        rate = np.asarray(R1 - R0) @ np.asarray(R).T / (2 * h)
         np.testing.assert_allclose(frame.omega, [rate[2, 1], rate[0, 2], rate[1, 0]], atol=1e-5)
-    np.testing.assert_array_equal(straight_joints(start, end, jnp.asarray(9.0), jnp.asarray(seconds))[0], end)
+    np.testing.assert_array_equal(there(9.0 * seconds)[0], end)
 
 
 @pytest.mark.slow
