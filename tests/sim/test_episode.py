@@ -1,17 +1,20 @@
 import dataclasses
+from functools import partial
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from straight import straight_route
 
 from hrcjax.hand import CLOSED, OPEN, CommandParams, initial_commands, update_commands
+from hrcjax.numerics import unrolled_options
 from hrcjax.reference.truth import obstacle_distances, person_distance
 from hrcjax.safety import OLD_DATA, STOP
 from hrcjax.sense import HEALTH_REASONS
 from hrcjax.sim import episode, fit_fields, outcome
-from hrcjax.sim.episode import pack_cameras
+from hrcjax.sim.episode import follow, pack_cameras
 from hrcjax.sim.tick import STOP_COMMANDED
 
 pytestmark = pytest.mark.slow
@@ -19,11 +22,11 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def program(cell):
-    def run(params, world, stop=None):
-        ran = episode(params, cell, world, fit_fields(params.field, world.frames), stop)
+    def run(params, world):
+        ran = episode(params, cell, world, fit_fields(params.field, world.frames))
         return ran, outcome(params, cell, world, ran)
 
-    return jax.jit(run)
+    return jax.jit(run, compiler_options=unrolled_options())
 
 
 @pytest.fixture(scope="module")
@@ -145,17 +148,21 @@ def stops(times):
     return stands[np.searchsorted(frames, times + 1e-9, side="right") - 1]
 
 
-def test_an_open_hand_stops_the_arm_and_a_closed_one_lets_it_go_on(program, float_params, world, cell):
+def test_an_open_hand_stops_the_arm_and_a_closed_one_lets_it_go_on(float_params, world, cell):
     """Nobody is near, so that the command alone holds it; without commands nothing changes."""
     nobody = eqx.tree_at(
         lambda w: (w.frames.moving.mask, w.frames.beyond, w.frames.guarded),
         world,
         replace_fn=lambda a: jnp.full_like(a, 10.0) if a.dtype == jnp.float32 else jnp.zeros_like(a),
     )
+    route, fields = straight_route(cell, nobody), jax.jit(fit_fields)(float_params.field, nobody.frames)
+
+    @partial(jax.jit, compiler_options=unrolled_options())
+    def run(stop):
+        return follow(float_params, cell, route, nobody.frames, nobody.q_start, fields, stop)[1]
+
     stop, t = stops(cell.times), cell.times
-    led, free, nothing = (
-        program(float_params, nobody, of)[0].record for of in (jnp.asarray(stop), None, jnp.zeros(cell.ticks, bool))
-    )
+    led, free, nothing = (run(of) for of in (jnp.asarray(stop), None, jnp.zeros(cell.ticks, bool)))
     go, again = np.flatnonzero(np.diff(stop)) + 1
     assert CLOSES + 0.5 <= t[go] <= CLOSES + 0.5 + 2 / RATE + cell.dt
     assert OPENS <= t[again] <= OPENS + 2 / RATE + cell.dt
