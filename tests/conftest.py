@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,8 +12,10 @@ import jax.numpy as jnp
 import pytest
 
 import hrcjax  # noqa: F401  # sets the flags of XLA that it needs, before a test computes
+from hrcjax.numerics import compiler
 
 # Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own.
+compiler.LLVM_LEVEL = 0
 os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 " + os.environ.get(
     "XLA_FLAGS", ""
 )
@@ -20,7 +23,9 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 _cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla-tests"
 jax.config.update("jax_compilation_cache_dir", str(_cache))
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+jax.config.update(
+    "jax_persistent_cache_min_compile_time_secs", 0
+)  # loading takes half the time even of single operations
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -29,10 +34,23 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path not in slow)
 
 
+MOST = 1.2
+"""Memory of a worker from which on it forgets programs [GB]."""
+
+
+def resident() -> float:
+    """Memory of this process [GB]; infinite where the system does not tell it."""
+    told = Path("/proc/self/statm")
+    return int(told.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e9 if told.is_file() else math.inf
+
+
 @pytest.fixture(scope="module", autouse=True)
 def forget_programs() -> Iterator[None]:
-    """Traced and compiled programs of a module go with it: kept, they fill 6 GB in each worker of a whole run."""
+    """After a module traced and compiled programs go if they are many: kept, they fill 6 GB in each worker of a whole run. Few are kept,
+    as those of single operations and of worlds serve other modules too."""
     yield
+    if resident() < MOST:
+        return
     jax.clear_caches()
     gc.collect()
     libc = ctypes.CDLL(None)

@@ -5,6 +5,7 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -83,17 +84,17 @@ def together_cell(own: dict[str, NamedCell]) -> NamedCell:
     return replace(mine, cell=cell, params=eqx.tree_at(lambda p: p.field, mine.params, mapped.params.field))
 
 
-def small_world(cell: Cell) -> World:
+def small_world(cell: Cell, decimation: int) -> World:
     """Nobody is there, and nothing is taken for somebody."""
     scene = scene_named("robotica", 0)
     person = motion_named("nobody", scene, 0, 2.0, 30.0)
-    world = make_world(cell, scene, person, cell_rig(scene, decimation=4), jax.random.key(0), SHORT)
+    world = make_world(cell, scene, person, cell_rig(scene, decimation=decimation), jax.random.key(0), SHORT)
     return eqx.tree_at(lambda w: w.frames.moving.mask, world, jnp.zeros_like(world.frames.moving.mask))
 
 
 @pytest.fixture(scope="module")
 def world(together_cell: NamedCell) -> World:
-    return small_world(together_cell.cell)
+    return small_world(together_cell.cell, 4)
 
 
 def test_leaves_of_own_parts_have_dotted_names_and_domains(own: dict[str, NamedCell]) -> None:
@@ -263,58 +264,81 @@ def test_the_fused_map_reads_the_scene(own: dict[str, NamedCell], together_cell:
 @pytest.fixture(scope="module")
 def ur5_world() -> tuple[Cell, World]:
     cell = replace(make_cell(), ticks=60, substeps=2)
-    return cell, small_world(cell)
+    return cell, small_world(cell, 8)
 
 
-def one_tick(cell: Cell, world: World, params: Params, qd: float = 0.3):
-    """One tick of an arm that moves, with nobody near, along the straight path."""
+@pytest.fixture(scope="module")
+def one_tick(ur5_world: tuple[Cell, World]):
+    """Cell -> (params, speed of the joints) -> record of one tick of an arm that moves, with nobody near, along the straight path."""
+    cell, world = ur5_world
     route = straight_route(cell, world)
-    fields = cell.field.fit(params.field, world.frames)
+    fields = cell.field.fit(Params().field, world.frames)
     now = eqx.tree_at(lambda f: f.moving, fields, jax.tree.map(lambda a: a[0], fields.moving))
-    state = initial_state(cell, world.q_start)
-    state = eqx.tree_at(lambda s: s.arm.qd, state, jnp.full_like(world.q_start, qd))
     no = jnp.asarray(False)
     sensed = Sensed(now, jnp.asarray(0.05, jnp.float32), ~no, no, jnp.zeros((), jnp.int32))
-    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params)
-    return jax.jit(lambda p: tick(p, cell, route, sensed, state)[1])(params)
+
+    def program(changed: Cell):
+        @partial(jax.jit, compiler_options=unrolled_options())
+        def run(params, qd):
+            state = initial_state(changed, world.q_start)
+            state = eqx.tree_at(lambda s: s.arm.qd, state, jnp.full_like(world.q_start, qd))
+            return tick(params, changed, route, sensed, state)[1]
+
+        return lambda params, qd=0.3: run(jax.tree.map(jnp.float32, params), jnp.float32(qd))
+
+    return program
 
 
-def test_a_policy_cannot_pass_the_guards(ur5_world: tuple[Cell, World]) -> None:
-    cell, world = ur5_world
-    broken = replace(cell, policy=lambda params, arm, goal, clearance, limits: arm.q * jnp.nan)
-    record = one_tick(broken, world, Params(policy={"gain": 1.0}))
+def test_a_policy_cannot_pass_the_guards(ur5_world: tuple[Cell, World], one_tick) -> None:
+    cell, _ = ur5_world
+    policy = lambda params, arm, goal, clearance, limits: params["gain"] * arm.q + params["push"]  # noqa: E731
+    program = one_tick(replace(cell, policy=policy))
+    record = program(Params(policy={"gain": np.nan, "push": 0.0}))
     assert int(record.status) & NOT_FINITE_COMMAND and np.all(np.asarray(record.qdd) < -5.0)
-    wild = replace(cell, policy=lambda params, arm, goal, clearance, limits: 1e6 * jnp.ones_like(arm.q))
-    record = one_tick(wild, world, Params(policy={"gain": 1.0}), qd=3.1)
+    record = program(Params(policy={"gain": 0.0, "push": 1e6}), 3.1)
     after = np.asarray(record.qd) + cell.dt * np.asarray(record.qdd)
     assert np.all(np.abs(record.qdd) <= cell.arm.qdd_max + 1e-3) and np.all(after <= cell.arm.qd_max + 1e-4)
 
 
-@pytest.mark.parametrize("broken", ["distance", "speed_limit", "point_limit"])
-def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(ur5_world: tuple[Cell, World], broken: str) -> None:
-    """Also under a monitor that lets everything pass."""
-    cell, world = ur5_world
+@pytest.fixture(scope="module")
+def lax_cell(ur5_world: tuple[Cell, World]) -> Cell:
+    """A monitor that lets everything pass; what the parameters multiply by NaN is not finite."""
+    cell, _ = ur5_world
 
     def allow(params, memory, separation):
         d = separation.distance
-        limits = {"speed_limit": jnp.asarray(10.0, d.dtype), "point_limit": jnp.full_like(d, 10.0)}
-        limits = {name: value * jnp.nan if name == broken else value for name, value in limits.items()}
         no = jnp.zeros((), jnp.int32)
         return memory, SafetyDecision(
-            zone=no, scale=jnp.ones((), d.dtype), hold=jnp.asarray(False), reasons=no, **limits
-        )
+            zone=no, speed_limit=10.0 * params["speed_limit"], point_limit=jnp.full_like(d, 10.0) * params["point_limit"],
+            scale=jnp.ones((), d.dtype), hold=jnp.asarray(False), reasons=no,
+        )  # fmt: skip
 
     def read(params, fields, x):
-        reading = cell.field.read(params, fields, x)
-        return eqx.tree_at(lambda r: r.person_distance, reading, reading.person_distance * jnp.nan)
+        reading = cell.field.read(params["own"], fields, x)
+        return eqx.tree_at(lambda r: r.person_distance, reading, reading.person_distance * params["distance"])
 
-    field = replace(cell.field, read=read) if broken == "distance" else cell.field
-    still = replace(cell, safety=SafetyPart(lambda dtype: jnp.zeros((), dtype), allow), field=field)
-    still = replace(still, policy=lambda params, arm, goal, clearance, limits: jnp.zeros_like(arm.q))
-    held = one_tick(still, world, Params(policy={"gain": 1.0}, safety={"gain": 1.0}))
-    np.testing.assert_allclose(held.qdd, -15.0, rtol=1e-3)
-    assert int(held.status) == NOT_FINITE_READING
-    assert still.safety.yardstick(None) == SsmParams()
+    safety = SafetyPart(lambda dtype: jnp.zeros((), dtype), allow)
+    still = lambda params, arm, goal, clearance, limits: jnp.zeros_like(arm.q)  # noqa: E731
+    return replace(cell, safety=safety, field=replace(cell.field, read=read), policy=still)
+
+
+@pytest.fixture(scope="module")
+def lax(one_tick, lax_cell: Cell):
+    return one_tick(lax_cell)
+
+
+@pytest.mark.parametrize("broken", ["", "distance", "speed_limit", "point_limit"])
+def test_a_reading_or_limit_that_is_not_finite_holds_the_arm(lax, lax_cell: Cell, broken: str) -> None:
+    """Also under a monitor that lets everything pass."""
+    factor = {name: np.nan if name == broken else 1.0 for name in ("distance", "speed_limit", "point_limit")}
+    field = {"own": Params().field, "distance": factor.pop("distance")}
+    held = lax(Params(policy={"gain": 1.0}, field=field, safety=factor))
+    if broken:
+        np.testing.assert_allclose(held.qdd, -15.0, rtol=1e-3)
+    else:
+        assert np.abs(held.qdd).max() < 10.0
+    assert int(held.status) == (NOT_FINITE_READING if broken else 0)
+    assert lax_cell.safety.yardstick(None) == SsmParams()
 
 
 def test_gradients_of_a_part_are_made_unit_where_they_have_a_direction() -> None:

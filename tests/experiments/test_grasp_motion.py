@@ -1,18 +1,26 @@
-"""The arm that goes to a grasp by its policies, and who judges it."""
+"""What cameras see, the arm that goes to a grasp by its policies, who judges it, a whole small case."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
-from experiments.grasp.case import seen_place, true_angles
+from experiments.grasp.case import make_bench, seen_place, true_angles
+from experiments.grasp.config import GraspConfig
 from experiments.grasp.lift import lift
-from experiments.grasp.look import hand_cameras, look, stacked, stationary_cameras, unseen
+from experiments.grasp.look import Look, exact_surface, hand_cameras, look, stacked, stationary_cameras, unseen
 from experiments.grasp.move import move, summary
 from experiments.grasp.objects import shape_named
-from experiments.grasp.perceive import perceive
+from experiments.grasp.perceive import POINTS, perceive
 from experiments.grasp.pull import LADDER, pull
-from experiments.grasp.scene import make_scene, scene_xml
+from experiments.grasp.run import run
+from experiments.grasp.scene import WORK, make_scene, scene_xml
 from experiments.grasp.touch import least_distances, link_distances
 from hrcjax.field import FieldParams, fit_exact
 from hrcjax.geom.cloud import Cloud
@@ -22,6 +30,7 @@ from hrcjax.grasp.candidates import Grasps
 from hrcjax.grasp.gripper import Gripper
 from hrcjax.grasp.motion_policy import MotionPolicyParams, off_surfaces
 from hrcjax.grasp.reach import arm_with_gripper, reach
+from hrcjax.grasp.seen_points import SeenPoints
 from hrcjax.policy import CollisionParams
 from hrcjax.robot import arm_capsules, load_arm, point_motion, tool_frame
 
@@ -33,14 +42,31 @@ ASIDE = np.array([0.02, 0.53])
 """Where an object is that does not stand in the middle [m]."""
 
 
+FRAMES = 4
+"""Images of each camera: of all tests, as each number compiles programs of its own."""
+
+
+@contextmanager
+def as_the_program() -> Iterator[None]:
+    """Single precision, as the program has it: its compiled programs are the same in all tests."""
+    with jax.enable_x64(False), jax.numpy_dtype_promotion("standard"):
+        yield
+
+
+def seen_by(looks: list[Look]) -> SeenPoints:
+    with as_the_program():
+        return perceive(*stacked(looks, jax.random.key(0)), FRAMES)
+
+
 @pytest.fixture(scope="module")
 def to_a_block() -> tuple[Moved, Moved, np.ndarray, np.ndarray]:
     """The arm goes to two faces 5 cm apart, and the same with a field that is no number."""
-    with jax.enable_x64(False), jax.numpy_dtype_promotion("standard"):
+    with as_the_program():
         u, v = (g.ravel() for g in np.meshgrid(np.arange(-0.024, 0.025, 0.006), np.arange(0.01, 0.09, 0.006)))
         faces = [np.column_stack([np.full(len(u), s * 0.025), u + 0.5, v]) for s in (-1.0, 1.0)]
-        cloud = Cloud(jnp.asarray(np.concatenate(faces), jnp.float32), jnp.ones(2 * len(u), bool))
-        field, _ = fit_exact(cloud, FieldParams(length_scale=0.0055, noise=0.05))
+        points = np.pad(np.concatenate(faces), ((0, POINTS - 2 * len(u)), (0, 0)))  # as many as a case has
+        cloud = Cloud(jnp.asarray(points, jnp.float32), jnp.arange(POINTS) < 2 * len(u))
+        field = jax.jit(fit_exact)(cloud, FieldParams(length_scale=0.0055, noise=0.05))[0]
         R = gripper_axes(jnp.asarray([1.0, 0, 0], jnp.float32), 0.3, jnp.asarray([0, 0, 1.0], jnp.float32))
         p, back = jnp.asarray([0.0, 0.5, 0.06], jnp.float32), jnp.asarray(0.1, jnp.float32)
         before = reach(ARM, R, p, back).q_before
@@ -79,19 +105,21 @@ def test_in_transit_the_joints_keep_to_their_straight_line(to_a_block) -> None:
 def test_the_line_in_joint_space_by_differences() -> None:
     start, end = jnp.asarray(ARM.home), jnp.asarray(ARM.home) + jnp.asarray([0.5, -0.4, 0.3, 0.2, -0.1, 0.6])
     seconds, h = 2.0, 1e-4
+
+    @jax.jit
+    def there(t):
+        q, qd = straight_joints(start, end, t / seconds, jnp.asarray(seconds))
+        return q, qd, carried_frame(ARM, q, qd), tool_frame(ARM, q)
+
     for at in (-0.1, 0.0, 0.6, 1.3, 2.0, 2.5):
-        q, qd = straight_joints(start, end, jnp.asarray(at / seconds), jnp.asarray(seconds))
-        ends = [
-            straight_joints(start, end, jnp.asarray((at + s * h) / seconds), jnp.asarray(seconds))[0] for s in (-1, 1)
-        ]
-        np.testing.assert_allclose(qd, (ends[1] - ends[0]) / (2 * h), atol=1e-6)
-        frame, (R, p) = carried_frame(ARM, q, qd), tool_frame(ARM, q)
+        (_, qd, frame, (R, p)), *ends = (there(at + s * h) for s in (0, -1, 1))
+        (q0, _, _, (R0, p0)), (q1, _, _, (R1, p1)) = ends
+        np.testing.assert_allclose(qd, (q1 - q0) / (2 * h), atol=1e-6)
         np.testing.assert_array_equal(frame.p, p)
-        (R0, p0), (R1, p1) = (tool_frame(ARM, one) for one in ends)
         np.testing.assert_allclose(frame.v, (p1 - p0) / (2 * h), atol=1e-5)
-        rate = (R1 - R0) @ R.T / (2 * h)
+        rate = np.asarray(R1 - R0) @ np.asarray(R).T / (2 * h)
         np.testing.assert_allclose(frame.omega, [rate[2, 1], rate[0, 2], rate[1, 0]], atol=1e-5)
-    np.testing.assert_array_equal(straight_joints(start, end, jnp.asarray(9.0), jnp.asarray(seconds))[0], end)
+    np.testing.assert_array_equal(there(9.0 * seconds)[0], end)
 
 
 @pytest.mark.slow
@@ -199,11 +227,55 @@ def test_the_hand_looks_where_the_stationary_cameras_saw_something() -> None:
     scene = make_scene(shape_named("cylinder"), (ASIDE, 0.0, 0), GRIPPER)
     fixed = [look(scene, camera) for camera in stationary_cameras()]
     assert all(one.own.any() and not one.own[[0, -1]].any() and not one.own[:, [0, -1]].any() for one in fixed)
-    seen = perceive(*stacked(fixed, jax.random.key(0)), 4)
+    seen = seen_by(fixed)
     at = seen_place(seen)
     assert 1e-4 < np.linalg.norm(at - ASIDE) < 0.03
     for camera in hand_cameras(at):
         one = look(scene, camera)
         assert one.own.any() and not np.isfinite(unseen(one).depth).any()
-    nothing = perceive(*stacked([unseen(one) for one in fixed], jax.random.key(0)), 4)
+    nothing = seen_by([unseen(one) for one in fixed])
     np.testing.assert_array_equal(seen_place(nothing), [0.0, 0.5])
+
+
+def test_points_lie_on_the_surface() -> None:
+    """Of a ball, whose surface is known: noise of 4 mm a pixel at 1 m becomes tenths of a millimetre."""
+    scene = make_scene(shape_named("ball"), (np.array(WORK), 0.0, 0), GRIPPER)
+    looks = [look(scene, camera) for camera in stationary_cameras() + hand_cameras(np.array(WORK))]
+    surface, normals = exact_surface(looks)
+    np.testing.assert_allclose(np.linalg.norm(surface - scene.centre(), axis=1), 0.035, atol=1e-4)
+    np.testing.assert_allclose(normals, (surface - scene.centre()) / 0.035, atol=1e-2)
+    seen = seen_by(looks)
+    points = np.asarray(seen.cloud.points, float)[np.asarray(seen.cloud.mask)]
+    off = np.abs(np.linalg.norm(points - scene.centre(), axis=1) - 0.035)
+    assert len(points) > 200 and not bool(seen.more)
+    assert np.median(off) < 4e-4 and np.percentile(off, 95) < 2e-3
+    toward = np.asarray(seen.toward, float)[np.asarray(seen.cloud.mask)]
+    assert (np.sum(toward * (points - scene.centre()), axis=1) > 0).mean() > 0.97
+    covered = KDTree(points).query(surface)[0]
+    assert np.percentile(covered, 95) < 0.008
+
+
+@pytest.mark.slow
+def test_a_whole_case_lifts_and_is_resumed(tmp_path, capsys) -> None:
+    assert make_bench(2, True, (0.8,)).gripper.stroke == 0.085
+    config = replace(GraspConfig(), shapes=("cylinder",), poses=1, frames=FRAMES, slippery=(), out=tmp_path / "run", figures=False, json=tmp_path / "rows.json")  # fmt: skip
+    with as_the_program():
+        assert run(config) == 0
+        file = tmp_path / "run" / "cases" / "cylinder--0.npz"
+        made = file.stat().st_mtime_ns
+        assert run(config) == 0
+    assert file.stat().st_mtime_ns == made
+    rows = json.loads((tmp_path / "rows.json").read_text())["grasp"]
+    stored = np.load(file)
+    assert 0 < np.linalg.norm(stored["aim"] - stored["place"]) < 0.04  # it looks where it saw, not where the object is
+    assert (
+        rows["reach_error_mm"]["value"] < 5
+        and rows["reach_error_deg"]["value"] < 3
+        and rows["reach_lifted"]["value"] == 1
+    )
+    grazed = rows["reach_clearance_mm"]["value"] <= 0 or rows["reach_links_mm"]["value"] <= 0
+    assert rows["reached"]["value"] == 1 - grazed == 1 - rows["reach_touched"]["value"], (
+        "a grazed object was not reached"
+    )
+    assert rows["lifted_share"]["value"] == 1 and rows["normal_error"]["value"] < 4
+    assert "lifted_share" in capsys.readouterr().out

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from experiments.hri import animation
 from experiments.hri import run as run_module
 from experiments.hri.baseline.cameras import Cameras
 from experiments.hri.case import kept, measures_of, trace_of
@@ -54,6 +55,9 @@ def swing(ticks: int = 625, period: float = 2.5) -> np.ndarray:
     return A + u[:, None] * (B - A)
 
 
+tools = jax.jit(jax.vmap(lambda q: tool_frame(CELL.arm, q)[1]))
+
+
 def trace(q: np.ndarray, person: Person, shake: float = 0.0) -> Trace:
     """The run of an arm that moves so, with the exact truth as what it knows."""
     t = np.arange(len(q)) * CELL.dt
@@ -62,7 +66,7 @@ def trace(q: np.ndarray, person: Person, shake: float = 0.0) -> Trace:
     times = t[::PROBE_TICKS]
     probes = np.tile(probes_between(np.stack([A, B])), (len(times), 1))
     true, _ = true_distances(cell, SCENE, person, probes, np.repeat(times, PROBES))
-    tool = np.asarray(jax.vmap(lambda q: tool_frame(CELL.arm, q)[1])(jnp.asarray(q, jnp.float32)), float)
+    tool = np.array(tools(jnp.asarray(q, jnp.float32)), float)
     tool[:, 2] += shake * np.sin(2 * np.pi * 3 * t)
     known = true.reshape(-1, PROBES)
     return Trace(
@@ -80,27 +84,30 @@ def test_ours_and_the_baseline_see_the_same_image(monkeypatch: pytest.MonkeyPatc
     known = types.SimpleNamespace(q_start=SCENE.start, stage=stage)
     images = ticks_of.__wrapped__(cell, known, key)  # type: ignore[attr-defined]
     _, _, _, which = tick_images(cell, rig.rates)
-    found = []
 
     class Measured_(Exception):
         pass
 
     def measure(*args: object) -> None:
-        found.append(watch_measure(*args))
-        raise Measured_
+        raise Measured_(watch_measure(*args))
 
     watch_measure = watch.measure
     monkeypatch.setattr(watch, "measure", measure)
+
+    @jax.jit
+    def measured(camera, exposed, arm, key):
+        with pytest.raises(Measured_) as told:
+            watch.watch_image.__wrapped__(  # type: ignore[attr-defined]
+                cell.voxels, SenseParams(), None, stage, None, camera, exposed, arm, key, cell.latency
+            )
+        return told.value.args[0]
+
     for tick in np.flatnonzero(which >= 0)[:3]:
         q = A + 0.01 * tick * (B - A)
         cameras.expose(int(tick), q)
         frame = cameras._sent.pop()
-        with pytest.raises(Measured_):
-            watch.watch_image.__wrapped__(  # type: ignore[attr-defined]
-                cell.voxels, SenseParams(), None, stage, None, jnp.asarray(which[tick]), images.exposed[tick],
-                watch_arm(cell, q), images.key[tick], cell.latency,
-            )  # fmt: skip
-        ours = np.asarray(found[-1]).ravel()
+        ours = measured(jnp.asarray(which[tick]), images.exposed[tick], watch_arm(cell, q), images.key[tick])
+        ours = np.asarray(ours).ravel()
         there = frame.depth > 0
         assert there.mean() > 0.5 and frame.stamp == pytest.approx(float(images.exposed[tick]))
         np.testing.assert_array_equal(ours[there], frame.depth[there].astype(ours.dtype))
@@ -269,6 +276,7 @@ def test_the_program_keeps_runs_and_writes_rows_page_and_figures(
 
     monkeypatch.setattr(Bench, "trace", fake)
     monkeypatch.setattr(run_module, "PARTS", {})
+    monkeypatch.setattr(animation, "RATE", 2.0)  # a short film
     (tmp_path / "docs").mkdir()
     words = [
         "--systems",

@@ -23,18 +23,19 @@ def box_in_the_way():
     return RoundedBoxes(*(jnp.asarray(a, jnp.float32) for a in arrays))
 
 
-def solved(solids, iterations=16):
+@jax.jit
+def solve(start, goal, inner, solids):
+    at = problem(MODEL, PARAMS, start, goal, solids)
+    found = shortened(MODEL, PARAMS, at, inner, 64, 16, 0.03)
+    costs = [guess_cost(MODEL, PARAMS, at, x, 32, jnp.float32(1.0)) for x in (inner, found)]
+    return found, quality(MODEL, PARAMS, at, inner, 129), quality(MODEL, PARAMS, at, found, 129), jnp.stack(costs)
+
+
+def solved(solids):
     goal = HOME + np.array([1.6, 0, 0, 0, 0, 0])
     straight = HOME + control_places(12)[1:-1, None] * (goal - HOME)
     start, goal, inner = (jnp.asarray(x, jnp.float32) for x in (HOME, goal, straight))
-
-    def solve(inner):
-        at = problem(MODEL, PARAMS, start, goal, solids)
-        found = shortened(MODEL, PARAMS, at, inner, 64, iterations, 0.03)
-        costs = [guess_cost(MODEL, PARAMS, at, x, 32, jnp.float32(1.0)) for x in (inner, found)]
-        return found, quality(MODEL, PARAMS, at, inner, 129), quality(MODEL, PARAMS, at, found, 129), jnp.stack(costs)
-
-    return inner, *jax.jit(solve)(inner)
+    return inner, *solve(start, goal, inner, solids)
 
 
 def test_the_path_goes_round_a_box():

@@ -1,16 +1,21 @@
 import dataclasses
+from functools import partial
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from straight import straight_route
 
+from hrcjax.hand import CLOSED, OPEN, CommandParams, initial_commands, update_commands
+from hrcjax.numerics import unrolled_options
 from hrcjax.reference.truth import obstacle_distances, person_distance
-from hrcjax.safety import OLD_DATA
+from hrcjax.safety import OLD_DATA, STOP
 from hrcjax.sense import HEALTH_REASONS
 from hrcjax.sim import episode, fit_fields, outcome
-from hrcjax.sim.episode import pack_cameras
+from hrcjax.sim.episode import follow, pack_cameras
+from hrcjax.sim.tick import STOP_COMMANDED
 
 pytestmark = pytest.mark.slow
 
@@ -21,7 +26,7 @@ def program(cell):
         ran = episode(params, cell, world, fit_fields(params.field, world.frames))
         return ran, outcome(params, cell, world, ran)
 
-    return jax.jit(run)
+    return jax.jit(run, compiler_options=unrolled_options())
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +125,55 @@ def test_least_distances_are_those_of_all_ticks(seen, cell, world):
     apart = person_distance(cell.arm, world.person, q, cell.times).min()
     np.testing.assert_allclose(kept.metrics.separation, apart, atol=3e-5)
     np.testing.assert_allclose(kept.metrics.clearance, obstacle_distances(cell.arm, world.scene, q).min(), atol=3e-5)
+
+
+RATE = 30.0
+CLOSES, OPENS = -0.4, 0.3
+"""From when on a hand is closed, and when it opens [s]."""
+
+
+def stops(times):
+    """Whether a command stops the arm at each tick: by the newest frame of a stream, which begins stopped and before the episode."""
+    frames = np.arange(CLOSES, times[-1] + 1 / RATE, 1 / RATE)
+    shown = np.where(frames < OPENS, CLOSED, OPEN)
+    probability = np.full((len(frames), 1, 4), 0.01, np.float32)
+    probability[np.arange(len(frames)), 0, shown] = 0.97
+
+    def frame(state, now):
+        state, _ = update_commands(CommandParams(), state, now, jnp.asarray([True]), jnp.float32(1 / RATE))
+        return state, state.stopped
+
+    begin = initial_commands(jnp.dtype("float32"), stopped=True)
+    stands = np.asarray(jax.jit(lambda p: jax.lax.scan(frame, begin, p)[1])(jnp.asarray(probability)))
+    return stands[np.searchsorted(frames, times + 1e-9, side="right") - 1]
+
+
+def test_an_open_hand_stops_the_arm_and_a_closed_one_lets_it_go_on(float_params, world, cell):
+    """Nobody is near, so that the command alone holds it; without commands nothing changes."""
+    nobody = eqx.tree_at(
+        lambda w: (w.frames.moving.mask, w.frames.beyond, w.frames.guarded),
+        world,
+        replace_fn=lambda a: jnp.full_like(a, 10.0) if a.dtype == jnp.float32 else jnp.zeros_like(a),
+    )
+    route, fields = straight_route(cell, nobody), jax.jit(fit_fields)(float_params.field, nobody.frames)
+
+    @partial(jax.jit, compiler_options=unrolled_options())
+    def run(stop):
+        return follow(float_params, cell, route, nobody.frames, nobody.q_start, fields, stop)[1]
+
+    stop, t = stops(cell.times), cell.times
+    led, free, nothing = (run(of) for of in (jnp.asarray(stop), None, jnp.zeros(cell.ticks, bool)))
+    go, again = np.flatnonzero(np.diff(stop)) + 1
+    assert CLOSES + 0.5 <= t[go] <= CLOSES + 0.5 + 2 / RATE + cell.dt
+    assert OPENS <= t[again] <= OPENS + 2 / RATE + cell.dt
+    speed, off = (np.abs(np.asarray(one.qd)).max(axis=1) for one in (led, free))
+    assert off[10:].min() > 0.05, "without the command it moves all the time"
+    assert speed[:go].max() < 1e-3, "it stands until the go"
+    assert speed[go + 10 : again].min() > 0.05, "and then goes on"
+    assert speed[again + 10 :].max() < 1e-3, "until a hand opens"
+    travelled = np.asarray(led.travelled)
+    assert travelled[go - 1] < 1e-4 and travelled[-1] - travelled[again + 10] < 1e-4
+    assert travelled[again] - travelled[go] > 1e-2
+    np.testing.assert_array_equal(np.asarray(led.status) & STOP_COMMANDED > 0, stop)
+    assert (np.asarray(led.zone)[stop] == STOP).all() and not (np.asarray(free.status) & STOP_COMMANDED).any()
+    np.testing.assert_allclose(nothing.q, free.q, atol=1e-4)

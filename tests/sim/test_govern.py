@@ -18,12 +18,13 @@ from hrcjax.sim.tick import approaching, steered
 CELL = make_cell()
 HOME = jnp.asarray(CELL.arm.home)
 POINTS = len(CELL.arm.control_links)
-J = jnp.asarray(jax.jit(jax.jacfwd(lambda q: control_points(CELL.arm, q)))(HOME))
+X, J = jax.jit(lambda q: (control_points(CELL.arm, q), jax.jacfwd(lambda q: control_points(CELL.arm, q))(q)))(HOME)
+"""Control points at home [m] and their derivatives."""
 
 
 def beside(person, standing=None, slope=None):
     """The rows towards a person at a place, and the room of the arm at home."""
-    way = control_points(CELL.arm, HOME) - jnp.asarray(person)
+    way = X - jnp.asarray(person)
     reach = jnp.linalg.norm(way, axis=1)
     g, d = way / reach[:, None], reach - 0.1
     far, up = jnp.full(POINTS, 1.0), jnp.tile(jnp.asarray([0.0, 0.0, 1.0]), (POINTS, 1))
@@ -36,6 +37,11 @@ def both(qd, rows, limit, room, top):
     return govern(Params(), CELL, qd, rows, limit, room, top)
 
 
+@jax.jit
+def path(qd, rows, limit, room, top):
+    return govern(Params(), replace(CELL, motion="path"), qd, rows, limit, room, top)
+
+
 def speeds(qd):
     return np.linalg.norm(np.asarray(J) @ np.asarray(qd), axis=1)
 
@@ -45,8 +51,8 @@ def test_no_point_is_faster_than_the_zone_allows_in_any_direction(seed: int) -> 
     rng = np.random.default_rng(seed)
     rows, room = beside(rng.uniform(-1.0, 1.0, 3) + np.array([0.0, 1.5, 0.3]))
     qd = jnp.asarray(rng.normal(size=6) * 2)
-    for mode in (CELL, replace(CELL, motion="path")):
-        got = govern(Params(), mode, qd, rows, jnp.full(POINTS, 10.0), room, jnp.asarray(0.25))
+    for mode in (both, path):
+        got = mode(qd, rows, jnp.full(POINTS, 10.0), room, jnp.asarray(0.25))
         assert speeds(got).max() <= 0.25 + 1e-9
 
 
@@ -62,7 +68,7 @@ def test_a_retreat_that_is_asked_for_turns_no_joint_fast(seed: int) -> None:
 
 def test_it_retreats_where_that_is_possible() -> None:
     """Somebody in front of the tool alone: it goes away at nearly the speed that is asked for."""
-    rows, room = beside(control_points(CELL.arm, HOME)[-1] + jnp.asarray([0.35, 0.0, -0.1]))
+    rows, room = beside(X[-1] + jnp.asarray([0.35, 0.0, -0.1]))
     limit = jnp.where(rows.distance < 0.36, -0.1, 1.0)
     got = both(jnp.zeros(6), rows, limit, room, jnp.asarray(10.0))
     nearest = int(jnp.argmin(rows.distance))
@@ -82,7 +88,7 @@ def test_between_people_on_both_sides_the_arm_stands() -> None:
 
 def test_a_retreat_is_not_weakened_near_contact() -> None:
     """A limit of approach is, so that the link between two control points keeps it."""
-    rows, _ = beside(np.asarray(control_points(CELL.arm, HOME))[8] + [0.0, 0.12, 0.0])
+    rows, _ = beside(np.asarray(X)[8] + [0.0, 0.12, 0.0])
     near = int(jnp.argmin(rows.distance))
     asked, allowed = rows.limits(jnp.full(POINTS, -0.01)), rows.limits(jnp.full(POINTS, 0.01))
     assert float(rows.share[near]) < 0.99
@@ -116,9 +122,7 @@ def test_a_point_between_two_surfaces_does_not_keep_the_hand_from_its_retreat() 
     d, limit = np.full((POINTS, 2), 9.0), np.full((POINTS, 2), 1.0)
     d[elbow], limit[elbow], d[hand, 0], limit[hand, 0] = 0.3, -0.02, 0.25, -0.1
     squeezed = Rows.towards(CELL.arm, jnp.asarray(d), jnp.asarray(g), J)
-    got = np.asarray(
-        govern(Params(), CELL, jnp.zeros(6), squeezed, jnp.asarray(limit.reshape(-1)), room, jnp.asarray(0.25))
-    )
+    got = np.asarray(both(jnp.zeros(6), squeezed, jnp.asarray(limit.reshape(-1)), room, jnp.asarray(0.25)))
     assert way @ np.asarray(J)[hand] @ got > 0.05
     assert abs(side @ np.asarray(J)[elbow] @ got) <= APPROACH_TOLERANCE
 
@@ -145,7 +149,7 @@ def settled(qd, rows, limit, room, aside):
 
 def fastest_approach(qd, place, aside, rng):
     """Of control points nearer than 0.4 m to a place, towards a person, a point, who is up to `aside` [m] from it [m/s]."""
-    x, v = np.asarray(control_points(CELL.arm, HOME)), np.asarray(J) @ np.asarray(qd)
+    x, v = np.asarray(X), np.asarray(J) @ np.asarray(qd)
     moved = rng.normal(size=(500, 3))
     moved *= aside * rng.uniform(0, 1, (500, 1)) / np.linalg.norm(moved, axis=1, keepdims=True)
     way = np.asarray(place) + moved[:, None] - x
@@ -159,9 +163,9 @@ def test_in_a_stop_no_point_approaches_a_person_who_is_beside_where_they_are_see
     rng, careful, careless = np.random.default_rng(0), [], []
     for _ in range(10):
         way = rng.normal(size=3)
-        place = np.asarray(control_points(CELL.arm, HOME))[-1] + 0.2 * way / np.linalg.norm(way)
+        place = np.asarray(X)[-1] + 0.2 * way / np.linalg.norm(way)
         _, room = beside(place)
-        away = control_points(CELL.arm, HOME) - jnp.asarray(place)
+        away = X - jnp.asarray(place)
         reach = jnp.linalg.norm(away, axis=1)
         rows = Rows.towards(CELL.arm, (reach - CELL.arm.control_radii)[:, None], (away / reach[:, None])[:, None], J)
         limit = jnp.where(reach < 0.5, -0.02, 1.0).at[jnp.argmin(reach)].set(-0.1)
@@ -187,7 +191,7 @@ def test_in_a_stop_speed_grows_slowly_and_falls_at_once() -> None:
 
 def test_a_steady_retreat_passes_whole() -> None:
     """Somebody before the hand alone, and far from all else: it goes away as fast as without doubt about their place, nearly."""
-    hand = control_points(CELL.arm, HOME)[-1]
+    hand = X[-1]
     rows, room = beside(hand + jnp.asarray([0.35, 0.0, -0.1]))
     limit = jnp.where(rows.distance < 0.36, -0.1, 1.0)
     nearest = int(jnp.argmin(rows.distance))

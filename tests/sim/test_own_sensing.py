@@ -1,11 +1,16 @@
 """Sensing between control ticks: every image at its time, used after the latency, with the arm where it is."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from coarse_sensing import QUICK
+from straight import straight_plan
 
+from hrcjax.numerics import unrolled_options
 from hrcjax.plan import PathParams
 from hrcjax.sense import one_fault
 from hrcjax.sense.faults import DROPPED
@@ -36,15 +41,17 @@ def appears(scene):
 
 @pytest.fixture(scope="module")
 def known(cell, scene, appears):
-    return survey_world(cell, scene, appears, cell_rig(scene, decimation=8), jax.random.key(0))
+    return survey_world(cell, scene, appears, cell_rig(scene, decimation=8), jax.random.key(0), QUICK)
 
 
 @pytest.fixture(scope="module")
 def run(cell):
-    sense = SenseParams()
-    return eqx.filter_jit(
-        lambda known: episode_own(Params(plan=PathParams()), cell, known, jax.random.key(1), sense).record
-    )
+    straight = replace(cell, plan=straight_plan)
+
+    def episode(known):
+        return episode_own(Params(plan=PathParams()), straight, known, jax.random.key(1), SenseParams()).record
+
+    return jax.jit(episode, compiler_options=unrolled_options())
 
 
 @pytest.fixture(scope="module")
