@@ -37,13 +37,18 @@ from .play import Setting, program
 
 SCENE = "hri"
 """The scene: the HRI paper's waypoints, nothing on the table."""
-HOME = (0.3, 0.25, 0.5)
-"""Where the tool waits: the start of every run, and the refuge [m]."""
+HOMES = {
+    "keep_away": (0.3, 0.25, 0.5),
+    "give_way": (0.3, 0.25, 0.5),
+    "follow": (-0.3, 0.4, 0.4),
+    "hand_over": (-0.3, 0.4, 0.4),
+}
+"""Where the tool waits in each function: the start of the run, and the refuge [m]."""
 POSE = (-0.1, 0.45, 0.35)
 """What the tool holds where it keeps away [m]."""
-FOLLOWED = (0.9, -0.44, 0.0)
+FOLLOWED = (-0.9, -0.44, 0.0)
 """Way from a followed hand to the tool: beside the person, so that no other link comes nearer; its length does not count [1]."""
-OFFERED = (0.38, -0.73, 0.57)
+OFFERED = (-0.4, -0.72, 0.57)
 """The same to a tool that hands over: before and above the hand, tool pointing down at it [1]."""
 OWN: dict[str, Callable[[Scene, int, float], Person]] = {"led_hand": led_hand, "held_out_hand": held_out_hand}
 """People of this program."""
@@ -94,7 +99,7 @@ def setting_of(variant: Variant, scene: Scene) -> Setting:
         follow = eqx.tree_at(lambda p: p.distance, follow, variant.distance)
         offer = eqx.tree_at(lambda p: p.distance, offer, variant.distance)
     return Setting(
-        ReferenceParams(), follow, offer, GiveWayParams(), place(HOME), place(POSE),
+        ReferenceParams(), follow, offer, GiveWayParams(), place(HOMES[variant.function]), place(POSE),
         place(OFFERED if variant.function == "hand_over" else FOLLOWED, 1.0), (scene.start, scene.goal), jnp.asarray(variant.on),
     )  # fmt: skip
 
@@ -132,7 +137,7 @@ class Bench:
         return scene_named(SCENE, 0)
 
     @cached_property
-    def _set_ups(self) -> dict[int, Surveyed]:
+    def _set_ups(self) -> dict[tuple[float, ...], Surveyed]:
         return {}
 
     @cached_property
@@ -145,14 +150,14 @@ class Bench:
             return OWN[name](self.scene, seed, self.seconds)
         return make_people(name, self.scene, seed, self.seconds, self.cell.people)
 
-    def set_up(self, person: Person) -> Surveyed:
-        """The cell after its set-up with the tool at home, which is made once, with the people who will come."""
-        rig = cell_rig(self.scene, decimation=self.decimation)
-        if 0 not in self._set_ups:
-            at_home = eqx.tree_at(lambda s: s.start, self.scene, jnp.asarray(HOME, self.scene.start.dtype))
-            self._set_ups[0] = survey_world(self.cell, at_home, person, rig, jax.random.key(1))
+    def set_up(self, function: str, person: Person) -> Surveyed:
+        """The cell after its set-up with the tool at home, which is made once for a home, with the people who will come."""
+        rig, home = cell_rig(self.scene, decimation=self.decimation), HOMES[function]
+        if home not in self._set_ups:
+            at_home = eqx.tree_at(lambda s: s.start, self.scene, jnp.asarray(home, self.scene.start.dtype))
+            self._set_ups[home] = survey_world(self.cell, at_home, person, rig, jax.random.key(1))
         stage = stage_for(rig, self.scene, person, no_faults(rig.count, self.scene.start.dtype))
-        return eqx.tree_at(lambda k: k.stage, self._set_ups[0], stage)
+        return eqx.tree_at(lambda k: k.stage, self._set_ups[home], stage)
 
     def _program(self, function: str) -> Any:
         if function not in self._programs:
@@ -162,7 +167,7 @@ class Bench:
     def play(self, name: str, person: str, seed: int) -> Mapping[str, NDArray]:
         """The arrays of a run: what `Played` holds, and of its record joints, speeds, accelerations, tool, distances and zones."""
         variant = VARIANTS[name]
-        known = self.set_up(self.person(person, seed))
+        known = self.set_up(variant.function, self.person(person, seed))
         params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params_of(variant))
         setting = jax.tree.map(lambda leaf: leaf if isinstance(leaf, jax.Array) else jnp.asarray(leaf, jnp.float32), setting_of(variant, self.scene))  # fmt: skip
         found = self._program(variant.function)(params, setting, known, jax.random.key(seed), SenseParams())

@@ -56,8 +56,8 @@ def stroke(t: Scalar, turn: Scalar, sharpness: float = 0.7) -> Float[Array, ""]:
     return jnp.arcsin(sharpness * jnp.sin(turn * t)) / math.asin(sharpness)
 
 
-STROKES = ((0.22, 0.0, 0.0), (0.12, 0.14, 0.0), (0.15, 0.0, 0.13), (0.0, 0.15, 0.0), (0.14, 0.1, 0.08))
-"""Half of the way of a followed hand along the axes, by seed: across, aslant, up and down, away and near, all [m]."""
+STROKES = ((0.22, 0.0, 0.0), (0.14, 0.12, 0.0), (0.15, 0.0, 0.13), (0.12, 0.1, 0.08), (0.0, 0.15, 0.0))
+"""Half of the way of a followed hand along the axes, by seed: across, aslant, up and down, along all, away and near [m]."""
 
 
 def under_way(t: Scalar, start: Scalar, end: Scalar) -> Float[Array, ""]:
@@ -69,7 +69,7 @@ def under_way(t: Scalar, start: Scalar, end: Scalar) -> Float[Array, ""]:
 def led_hand(scene: Scene, seed: int, seconds: float) -> Person:
     """A hand that goes to and fro from the second half on of the first 2.5 s, up to `SPEED`; with odd seeds every axis has its own phase."""
     draw = np.random.default_rng(seed)
-    middle = np.array([-0.45, 0.75, 0.32]) + (draw.uniform(-0.03, 0.03, 3) if seed else 0.0)
+    middle = np.array([0.4, 0.8, 0.32]) + (draw.uniform(-0.03, 0.03, 3) if seed else 0.0)
     half = np.array(STROKES[seed % len(STROKES)])
     turn = SPEED / (float(np.linalg.norm(half)) * 0.7 / math.asin(0.7))
     lags = np.array([0.0, math.pi / 2, math.pi / 4]) / turn * (seed % 2)
@@ -89,9 +89,9 @@ GIVES_UP = 7.5
 def held_out_hand(scene: Scene, seed: int, seconds: float) -> Person:
     """A hand that comes within 1.5 s, holds still up to `GIVES_UP`, with a tremor of some millimetres, and goes aside by 0.3 m."""
     draw = np.random.default_rng(seed)
-    middle = np.array([-0.35, 0.66, 0.32]) + (draw.uniform(-0.06, 0.06, 3) if seed else 0.0)
+    middle = np.array([0.3, 0.68, 0.32]) + (draw.uniform(-0.06, 0.06, 3) if seed else 0.0)
     dtype = scene.start.dtype
-    aside = jnp.asarray([-0.3, 0.05, 0.05], dtype)
+    aside = jnp.asarray([0.3, 0.05, 0.05], dtype)
     before = jnp.asarray([-0.05, 0.25, -0.3], dtype)
     phases = jnp.asarray(draw.uniform(0, 2 * np.pi, 3), dtype)
 

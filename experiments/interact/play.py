@@ -31,6 +31,7 @@ from hrcjax.interact import (
     turned_frame,
 )
 from hrcjax.policy import MovingFrame
+from hrcjax.presence.cloud import were_measured
 from hrcjax.robot import tool_frame
 from hrcjax.sim import Cell, Params
 from hrcjax.sim.own_sensing import first_looks, images_in_use, look_if_due, ticks_of
@@ -77,10 +78,10 @@ class Played(NamedTuple):
     """give_way: sensed distance of people to the task's way; else 0 [m]."""
 
 
-def seen_points(sensed: Sensed, t: Float[Array, ""]) -> Seen:
-    """The points of people of the image in use; for fields of Gaussian processes."""
+def seen_points(cell: Cell, sensed: Sensed, t: Float[Array, ""]) -> Seen:
+    """The measured points of people in the image in use, of the field that policy and safety layer read; without hidden space."""
     field = sensed.fields.moving.field
-    return Seen(field.points, field.mask, t - sensed.age, t)
+    return Seen(field.points, field.mask & were_measured(cell.voxels, field.points), t - sensed.age, t)
 
 
 def start_of(function: str, home: Vector3) -> Any:
@@ -131,7 +132,7 @@ def played(
         _, moved = control_motion(cell, state.arm.q, state.arm.qd)
         tool = Tool(moved.x[0], moved.xd[0])
         memory, frame, hand, active, person = asked(
-            function, setting, memory, seen_points(sensed, image.t), tool, R, turn, cell.dt
+            function, setting, memory, seen_points(cell, sensed, image.t), tool, R, turn, cell.dt
         )
         goal = goal_at(frame, known.q_start, params.potential)
         after, record = tick(params, cell, goal, sensed, state)

@@ -63,7 +63,7 @@ def follow(
         on: False: it stays at home.
         dt: length of the tick [s].
     """
-    track = watch_hand(params.track, memory.track, seen, tool.x)
+    track = watch_hand(params.track, memory.track, seen)
     x, v, a = hand_now(params.track, track, seen.t)
     goes = track.there & on
     place = bounded(beside_hand(params.track, x, direction, params.distance), params.reach)

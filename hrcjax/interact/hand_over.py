@@ -75,7 +75,7 @@ def hand_over(
         on: False: it stays at home.
         dt: length of the tick [s].
     """
-    track = watch_hand(params.track, memory.track, seen, tool.x)
+    track = watch_hand(params.track, memory.track, seen)
     x, _, _ = hand_now(params.track, track, track.stamp)
     still = still_for(track, seen.t)
     begins = ~memory.offered & (still >= params.wait) & on

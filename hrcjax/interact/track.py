@@ -57,19 +57,16 @@ def no_hand(dtype: jnp.dtype | type = jnp.float32) -> HandTrack:
     return HandTrack(jnp.asarray(False), zero, zero, zero, never, never, zero, jnp.asarray(jnp.inf, dtype))
 
 
-def watch_hand(params: TrackParams, track: HandTrack, seen: Seen, tool: Vector3) -> HandTrack:
+def watch_hand(params: TrackParams, track: HandTrack, seen: Seen) -> HandTrack:
     """The track after a tick; it changes where an image is new.
 
     Between images the hand moves with constant acceleration; an image corrects place, velocity and acceleration by the gains of the
     fading-memory filter of degree 2 (Morrison 1969): with theta = exp(-dt / memory), 1 - theta^3, 3/2 (1 - theta)^2 (1 + theta) / dt and
     (1 - theta)^3 / dt^2 times the residual.
-
-    Args:
-        tool: the tool point [m].
     """
     new = seen.stamp > track.image
-    hand = find_hand(params.hand, seen, tool)
-    dtype = tool.dtype
+    hand = find_hand(params.hand, seen)
+    dtype = seen.points.dtype
     stamp = jnp.asarray(seen.stamp, dtype)
     some = new & hand.there
     known = jnp.isfinite(track.stamp)
