@@ -39,7 +39,7 @@ SCENE = "hri"
 """The scene: the HRI paper's waypoints, nothing on the table."""
 HOMES = {
     "keep_away": (0.3, 0.25, 0.5),
-    "give_way": (0.3, 0.25, 0.5),
+    "give_way": (0.35, 0.05, 0.5),
     "follow": (-0.3, 0.4, 0.4),
     "hand_over": (-0.3, 0.4, 0.4),
 }
@@ -70,7 +70,7 @@ class Variant(NamedTuple):
 
 
 VARIANTS: dict[str, Variant] = {
-    "keep_away": Variant("keep_away", True, False, None, "the tool holds a pose and keeps 0.6 m from people"),
+    "keep_away": Variant("keep_away", True, False, None, "the tool holds a pose and keeps 0.7 m from people"),
     "keep_away_off": Variant("keep_away", False, False, None, "the same without the distance leaf: collision leaf and safety layer alone"),
     "follow": Variant("follow", True, False, 0.7, "the tool stays 0.7 m from a hand, under speed and separation"),
     "follow_off": Variant("follow", False, False, 0.7, "the tool stays at home"),
@@ -99,7 +99,7 @@ def setting_of(variant: Variant, scene: Scene) -> Setting:
         follow = eqx.tree_at(lambda p: p.distance, follow, variant.distance)
         offer = eqx.tree_at(lambda p: p.distance, offer, variant.distance)
     return Setting(
-        ReferenceParams(), follow, offer, GiveWayParams(), place(HOMES[variant.function]), place(POSE),
+        ReferenceParams(leash=0.015, velocity_leash=0.03), follow, offer, GiveWayParams(), place(HOMES[variant.function]), place(POSE),
         place(OFFERED if variant.function == "hand_over" else FOLLOWED, 1.0), (scene.start, scene.goal), jnp.asarray(variant.on),
     )  # fmt: skip
 

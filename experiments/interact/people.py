@@ -21,27 +21,25 @@ LEAN = 0.25
 """Forward tilt of the trunk [rad]."""
 SPEED = 0.3
 """Largest speed of a hand that is followed [m/s]."""
-HAND = 8
-"""The capsule of the left hand, which moves; the end of its axis is between the fingers."""
 
 
 def hand_person(scene: Scene, middle: Float[np.ndarray, "3"], offset_at: Callable[[Float[Array, ""]], Vector3], seconds: float) -> Person:  # fmt: skip
-    """A person whose left hand is at `middle` plus an offset that depends on time.
+    """A person whose right hand is at `middle` plus an offset that depends on time.
 
     Args:
         middle: about 0.4 m before the shoulder [m].
         offset_at: time [s] -> offset [m].
     """
     dtype = scene.start.dtype
-    hip = jnp.asarray([middle[0] - SHOULDER, middle[1] + 0.45], dtype)
+    hip = jnp.asarray([middle[0] + SHOULDER, middle[1] + 0.45], dtype)
     forward = jnp.asarray([0.0, -1.0], dtype)
     height = FLOOR_Z + HIP_HEIGHT + math.cos(LEAN) * (TORSO - 0.05)
     shoulder = jnp.asarray([middle[0], middle[1] + 0.45 - math.sin(LEAN) * (TORSO - 0.05), height], dtype)
 
     def pose_at(t: Float[Array, ""]) -> Pose:
         way = jnp.asarray(middle, dtype) + offset_at(t) - shoulder
-        led = jnp.stack([-way[1], way[0], way[2]])  # forward is -y, the body's left +x
-        return Pose(hip, forward, LEAN, (led, jnp.asarray(REST, dtype)), jnp.zeros((), dtype))
+        led = jnp.stack([-way[1], -way[0], way[2]])  # forward is -y, the body's right -x
+        return Pose(hip, forward, LEAN, (jnp.asarray(REST, dtype), led), jnp.zeros((), dtype))
 
     return record(pose_at, seconds, RATE, dtype)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcjax.geom.segment import FAR
+from hrcjax.interact import HandParams
 from hrcjax.robot import arm_capsules, tool_frame
 from hrcjax.sim import Cell
 from hrcjax.sim.exact import person_distances
@@ -23,7 +24,7 @@ class Truth(NamedTuple):
     tool_distance: NDArray
     """(tick) of the last link with its tool to the person [m]"""
     hand: NDArray
-    """(tick 3) middle of the hand that is nearest to the tool point [m]"""
+    """(tick 3) middle of the hand that is nearest to the arm's base, as a function finds it [m]"""
     hand_radius: float
     """Of the ball about it [m]"""
     axis: NDArray
@@ -41,12 +42,14 @@ def truth_of(cell: Cell, person: Person, q: NDArray) -> Truth:
     last = np.flatnonzero(np.asarray(arm.capsule_links) == arm.tool_link)
     hands = np.flatnonzero(np.asarray(person.regions) == "hand")
 
+    base = jnp.asarray([0.0, 0.0, HandParams().height])
+
     def one(q: Array, t: Array) -> tuple[Array, Array, Array, Array]:
         body = person_at(person, t)
         d = person_distances(arm_capsules(arm, q), body)
-        R, x = tool_frame(arm, q)
+        R, _ = tool_frame(arm, q)
         ends = body.b[hands]
-        nearest = jnp.argmin(jnp.where(body.radius[hands] < 0, FAR, jnp.linalg.norm(ends - x, axis=1)))
+        nearest = jnp.argmin(jnp.where(body.radius[hands] < 0, FAR, jnp.linalg.norm(ends - base, axis=1)))
         return jnp.min(d[fixed:]), jnp.min(d[last]), ends[nearest], R[:, 2]
 
     t = np.asarray(cell.times)[: len(q)]

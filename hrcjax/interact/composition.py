@@ -4,7 +4,7 @@
 |---|---|---|---|---|---|
 | target | tool point and two points that fix its axes, to a goal that moves | posture | hand + offset | hand + offset, or home | task, or refuge |
 | distance | control spheres of the last link, against people | on | off | off | off |
-| collision, repulsion | all control spheres, against everything | on | on | of the last link not against people, as far as `released` says | on |
+| collision, repulsion | all control spheres, against everything | on | on | of wrist and tool not against people, as far as `released` says | on |
 | joint limit, speed cap, damping | joints | on | on | on | on |
 | posture | joints | off | off | off | off |
 
@@ -26,7 +26,7 @@ from hrcjax.sim.parts import ArmMotion, Clearance, Goal, PolicyFn
 from hrcjax.typing import Array, Bool, Float, Joints
 
 FREE = 1.0
-"""Distance that people seem to be farther from the last link where it is released to them [m]."""
+"""Distance that people seem to be farther from wrist and tool where these are released to them [m]."""
 
 
 class InteractPolicyParams(eqx.Module):
@@ -37,7 +37,11 @@ class InteractPolicyParams(eqx.Module):
     keep: KeepDistanceParams = KeepDistanceParams(weight=0.0)
     """Distance that the last link keeps from people; off unless weighed."""
     released: Float[Array, ""] | float = 0.0
-    """1: the last link may come near people, as collision and repulsion do not know them there; the safety layer does [1]."""
+    """1: wrist and tool may come near people, as collision and repulsion do not know them there; the safety layer does [1]."""
+
+
+WRIST = 2
+"""Links before the last one that belong to the wrist [1]."""
 
 
 def last_link(arm: Arm) -> Bool[np.ndarray, "point"]:
@@ -45,13 +49,18 @@ def last_link(arm: Arm) -> Bool[np.ndarray, "point"]:
     return np.asarray(arm.control_links) == arm.tool_link
 
 
+def wrist(arm: Arm) -> Bool[np.ndarray, "point"]:
+    """Which are on the wrist, the last link and its tool."""
+    return np.asarray(arm.control_links) >= arm.tool_link - WRIST
+
+
 def interactive_policy(arm: Arm) -> PolicyFn:
     """The `PolicyFn` of an arm; its parameters are `InteractPolicyParams`."""
-    last = last_link(arm)
-    outer = np.flatnonzero(last)
+    hand = wrist(arm)
+    outer = np.flatnonzero(last_link(arm))
 
     def ask(params: InteractPolicyParams, moved: ArmMotion, goal: Goal, clearance: Clearance, limits: JointLimits) -> Joints:  # fmt: skip
-        room = released(clearance, last, params.released)
+        room = released(clearance, hand, params.released)
         pulled = combine(
             params.leaves, moved.q, moved.qd, moved.tool, goal.x, goal.xd, goal.xdd, moved.body, room.distance, room.gradient, limits,
             goal.posture, repel=repelling(moved, goal, room),
@@ -67,11 +76,11 @@ def interactive_policy(arm: Arm) -> PolicyFn:
     return ask
 
 
-def released(clearance: Clearance, last: Bool[np.ndarray, "point"], share: Float[Array, ""] | float) -> Clearance:
-    """The distances as the leaves of the last link are to know them: with the share, people are farther from it by `FREE`."""
-    free = jnp.asarray(share, clearance.distance.dtype) * jnp.asarray(last, clearance.distance.dtype) * FREE
+def released(clearance: Clearance, hand: Bool[np.ndarray, "point"], share: Float[Array, ""] | float) -> Clearance:
+    """The distances as the leaves are to know them: with the share, people are farther from wrist and tool by `FREE`."""
+    free = jnp.asarray(share, clearance.distance.dtype) * jnp.asarray(hand, clearance.distance.dtype) * FREE
     people = clearance.person_distance + free
-    alone = jnp.asarray(last) & (free > 0)
+    alone = jnp.asarray(hand) & (free > 0)
     nearer = alone & (people > clearance.standing_distance)
     return eqx.tree_at(
         lambda c: (c.distance, c.gradient, c.person_distance),

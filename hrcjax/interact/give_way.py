@@ -18,17 +18,19 @@ from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 class GiveWayParams(eqx.Module):
     """Numbers of giving way; our choice."""
 
-    reference: ReferenceParams = ReferenceParams(gain=4.0, velocity_gain=16.0, speed=0.5, acceleration=1.0)
+    reference: ReferenceParams = ReferenceParams(
+        gain=4.0, velocity_gain=16.0, speed=0.5, acceleration=1.0, leash=0.015, velocity_leash=0.03
+    )
     """How the goal moves where the tool could not follow."""
     pace: float = 1.0
     """Phase of the task in a second at full pace: to and fro takes 2 pi over this [1/s]."""
-    enter: float = 0.35
+    enter: float = 0.5
     """A person who is, or within `foresight` will be, so near to where the tool works is in the way [m]."""
-    leave: float = 0.5
+    leave: float = 0.6
     """One who is farther than this for `clear` is not any more [m]."""
     clear: float = 0.5
     """[s]"""
-    foresight: float = 0.5
+    foresight: float = 0.6
     """Time over which an approach is carried on [s]."""
     smoothing: float = 0.1
     """Time over which the distance's rate is averaged [s]."""

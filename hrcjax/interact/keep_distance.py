@@ -10,13 +10,13 @@ from hrcjax.typing import Array, Float, Scalar, Vector3
 class KeepDistanceParams(eqx.Module):
     """Numbers of the distance leaf; all are our choice."""
 
-    distance: float = 0.6
+    distance: float = 0.7
     """Distance that is kept, above the one from which the safety layer's red zone begins [m]."""
-    k: float = 25.0
+    k: float = 40.0
     """Push per distance that is missing [1/s^2]."""
     damping: float = 8.0
     """Damping of an approach [1/s]."""
-    retreat_damping: float = 4.0
+    retreat_damping: float = 2.0
     """And of a retreat, which follows a person who comes [1/s]."""
     band: float = 0.05
     """Distance over which the metric fades in below the set distance, and out beyond it [m]."""
