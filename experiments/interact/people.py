@@ -51,7 +51,7 @@ def stroke(t: Scalar, turn: Scalar, sharpness: float = 0.7) -> Float[Array, ""]:
         turn: rate of the phase [rad/s].
         sharpness: 0 a sine, 1 a triangle [1].
     """
-    return jnp.arcsin(sharpness * jnp.sin(turn * t)) / math.asin(sharpness)
+    return jnp.asarray(jnp.arcsin(sharpness * jnp.sin(turn * t)) / math.asin(sharpness))
 
 
 STROKES = ((0.22, 0.0, 0.0), (0.14, 0.12, 0.0), (0.15, 0.0, 0.13), (0.12, 0.1, 0.08), (0.0, 0.15, 0.0))

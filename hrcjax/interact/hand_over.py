@@ -81,7 +81,10 @@ def hand_over(
     begins = ~memory.offered & (still >= params.wait) & on
     mean = jnp.where(memory.offered | (still > 0), memory.mean, x)
     within = safe_norm(x - mean) <= params.withdraw_at
-    mean = jnp.where(within, mean + (x - mean) * jnp.minimum(dt / jnp.clip(still, dt, params.averaged), 1.0), x)
+    over = jnp.where(
+        memory.offered, params.averaged, jnp.clip(still, dt, params.averaged)
+    )  # an offer must not go with the hand
+    mean = jnp.where(within, mean + (x - mean) * jnp.minimum(dt / over, 1.0), x)
     place = beside_hand(params.track, mean, direction, params.distance)
     offered = track.there & on & within & (memory.offered | begins) & (safe_norm(place) <= params.reach)
     zero = jnp.zeros_like(x)

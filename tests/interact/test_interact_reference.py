@@ -74,7 +74,7 @@ def test_a_share_neither_overshoots_nor_jumps() -> None:
         share = step(share, jnp.asarray(k < 450))
         found.append([float(share.s), float(share.rate), float(share.curve)])
     s, rate, curve = np.array(found).T
-    assert -1e-5 < s.min() and s.max() < 1 + 1e-5 and abs(s[449] - 1) < 1e-3 and abs(s[-1]) < 1e-3
+    assert s.min() > -1e-5 and s.max() < 1 + 1e-5 and abs(s[449] - 1) < 1e-3 and abs(s[-1]) < 1e-3
     assert (np.diff(s[:449]) > -1e-6).all() and (np.diff(s[451:]) < 1e-6).all()
     assert np.abs(np.diff(curve)).max() < 1.05 * 4.0**3 * DT
     np.testing.assert_allclose(np.gradient(s, DT)[5:-5], rate[5:-5], atol=0.02)
