@@ -20,6 +20,9 @@ ALONG = 9
 NEAR_CANDIDATES, FAR_CANDIDATES = 1536, 1024
 """Fine and coarse points, among which the nearest to the base are chosen."""
 
+ON_LATTICE = 0.01
+"""A coordinate is that of a voxel's middle up to this share of half an edge [1]."""
+
 
 class Presence(eqx.Module):
     """Points of people after an image."""
@@ -73,6 +76,12 @@ def presence_cloud(
     inside = jnp.any(inside & (robot.radius >= 0))
     over = over | (inside & track.unsure)
     return Presence(Cloud(kept, mask), jnp.where(over, 0.0, beyond).astype(dtype), track.unsure)
+
+
+def were_measured(layout: VoxelLayout, points: Float[Array, "point 3"]) -> Bool[Array, "point"]:
+    """Which points of a cloud were measured. Hidden space has the middles of its voxels; a mean of pixels is there by a rare chance."""
+    halves = (points - jnp.asarray(layout.lower, points.dtype)) * (2.0 / layout.edge)
+    return jnp.any(jnp.abs(halves - jnp.round(halves)) > ON_LATTICE, axis=-1)
 
 
 def _points(

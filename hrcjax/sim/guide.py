@@ -3,6 +3,8 @@
 - "path": the joints follow the path as planned; only its clock reacts to people (the Robotica paper).
 - "reactive": motion policies and potential alone lead the tool to the goal; there is no path.
 - "both": the path is the reference of the motion policies, which may leave it and return.
+
+A `Goal` in place of a route is the reference of this tick, in "reactive" and "both": something else leads the arm (`hrcjax.interact`).
 """
 
 import equinox as eqx
@@ -34,7 +36,7 @@ class Guidance(eqx.Module):
 def guide(
     params: Params,
     cell: Cell,
-    route: Route,
+    route: Route | Goal,
     clock: ClockState,
     arm: ArmMotion,
     room: Clearance,
@@ -50,7 +52,14 @@ def guide(
         people: rows of the approach to people.
         decision: of the safety monitor.
         hold: stand still.
+
+    Raises:
+        ValueError: a goal, where the geometry of a path is fixed.
     """
+    if isinstance(route, Goal):
+        if cell.motion == "path":
+            raise ValueError('a Goal leads the arm in the motions "both" and "reactive"; "path" follows a route')
+        return Guidance(cell.policy(params.policy, arm, route, room, limits), clock, route.x[0])
     motion, dtype = params.motion, arm.q.dtype
     top = decision.speed_limit if decision.any_limit is None else decision.any_limit
     top = jnp.maximum(jnp.minimum(motion.speed, top), 0.0)

@@ -27,7 +27,7 @@ from hrcjax.sim.contact import contact_mobility_rows
 from hrcjax.sim.govern import Rows, fastest, govern
 from hrcjax.sim.guide import Guidance, guide
 from hrcjax.sim.params import Params
-from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Separation, all_finite, unit_where_long
+from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Goal, Separation, all_finite, unit_where_long
 from hrcjax.sim.route import Route
 from hrcjax.sim.servo import servo
 from hrcjax.typing import Array, Bool, Float, Int, Joints, Scalar
@@ -121,7 +121,9 @@ def initial_state(cell: Cell, q: Joints) -> TickState:
     return TickState(ArmState(q, jnp.zeros_like(q)), initial_clock(q.dtype), cell.safety.start(q.dtype))
 
 
-def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickState) -> tuple[TickState, Record]:
+def tick(
+    params: Params, cell: Cell, route: Route | Goal, sensed: Sensed, state: TickState
+) -> tuple[TickState, Record]:  # fmt: skip
     """One control period of `cell.dt`.
 
     Order: kinematics of the control points; field reading at each; safety monitor; path clock and command, by `cell.motion`: the
@@ -130,7 +132,7 @@ def tick(params: Params, cell: Cell, route: Route, sensed: Sensed, state: TickSt
     joint servo.
 
     Args:
-        route: the reference motion of tool and joints.
+        route: the reference motion of tool and joints; or the goal of this very tick, where something else leads the arm.
     """
     q, qd = state.arm.q, state.arm.qd
     dt = cell.dt
