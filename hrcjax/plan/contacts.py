@@ -12,7 +12,7 @@ import numpy as np
 
 from hrcjax.numerics import computed
 from hrcjax.plan.link_model import LinkModel
-from hrcjax.plan.rounded_boxes import RoundedBoxes, nearest_obstacles
+from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance, nearest_obstacles
 from hrcjax.robot.kinematics import link_frames
 from hrcjax.typing import Array, Float
 
@@ -90,8 +90,7 @@ def obstacle_gaps(
     places = [jnp.concatenate([c] * count) for c in x]
     links = np.tile(model.sphere_links, count)
     if model.floor is not None:
-        high = model.sphere_links > 0
-        begin = int(np.argmax(high))  # spheres are sorted by link
+        begin = model.above_floor
         over = x[2][begin:] - radii[begin:, None] - jnp.asarray(model.floor, x[0].dtype)
         flat = jnp.zeros_like(over)
         gaps = jnp.concatenate([gaps, over])
@@ -101,10 +100,27 @@ def obstacle_gaps(
     return gaps, normals, places, links
 
 
+def least_gaps(
+    model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedBoxes
+) -> tuple[Float[Array, "place sample"], Float[Array, "pair sample"]]:
+    """Gaps without slopes: of every sphere from the nearest obstacle, then of those above the floor from it; and of pairs."""
+    frames = frames_along(model, q)
+    x = sphere_centers(model, frames)
+    radii = jnp.asarray(model.radii, x[0].dtype)[:, None]
+    gaps = least_distance(solids, x) - radii
+    if model.floor is not None:
+        begin = model.above_floor
+        gaps = jnp.concatenate([gaps, x[2][begin:] - radii[begin:] - jnp.asarray(model.floor, x[0].dtype)])
+    return gaps, pair_gaps(model, frames)[0]
+
+
 def pair_gaps(model: LinkModel, frames: Frames) -> tuple[Float[Array, "pair sample"], list[Array], list[Array]]:
     """Gaps between pairs of capsules, the direction from the first to the second, and the nearest point of the second's
-    axis."""
+    axis; of an arm of many spheres only the nearest pair of every two links."""
     arm = model.arm
+    if not model.pairs:
+        nothing = jnp.zeros((0, frames.p.shape[-1]), frames.p.dtype)
+        return nothing, [nothing] * 3, [nothing] * 3
     ends = []
     for k, link in enumerate(arm.capsule_links):
         placed = _placed(frames, link, np.stack([arm.capsule_a[k], arm.capsule_b[k]]))
@@ -118,8 +134,14 @@ def pair_gaps(model: LinkModel, frames: Frames) -> tuple[Float[Array, "pair samp
     apart = [t * v[k] - w[k] - s * u[k] for k in range(3)]
     length = jnp.sqrt(_dot(apart, apart) + 1e-12)
     radii = jnp.asarray(arm.capsule_radii[first] + arm.capsule_radii[second], length.dtype)
-    normal = [e / length for e in apart]
-    return length - radii[:, None], normal, [c[:, k] + t * v[k] for k in range(3)]
+    found = [length - radii[:, None], *[e / length for e in apart], *[c[:, k] + t * v[k] for k in range(3)]]
+    if model.pair_rows is not None:
+        every, picked = jnp.stack(computed(found)), []
+        for rows in model.pair_rows:
+            mine = every[:, rows]
+            picked.append(jnp.take_along_axis(mine, jnp.argmin(mine[0], axis=0)[None, None], axis=1)[:, 0])
+        found = list(jnp.stack(picked, axis=1))
+    return found[0], found[1:4], found[4:]
 
 
 def _nearest_places(u: list[Array], v: list[Array], w: list[Array]) -> tuple[Array, Array]:
@@ -151,6 +173,6 @@ def contacts(model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedB
     gap, normal, place, links = obstacle_gaps(model, frames, solids)
     near = Contacts(*computed((gap, slope(normal, place, joints <= links[:, None]))))
     gap, normal, place = pair_gaps(model, frames)
-    before, behind = (np.asarray([model.arm.capsule_links[pair[side]] for pair in model.pairs]) for side in range(2))
+    before, behind = model.pair_links.T
     between = (joints > before[:, None]) & (joints <= behind[:, None])
     return near, Contacts(*computed((gap, slope(normal, place, between))))

@@ -4,19 +4,21 @@ What `arm_optimise` does for any potential and any obstacles, without repulsion 
 residual for each sphere and obstacle near to it, and one for each pair of capsules, in a tenth of the time.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.geom.segment import FAR
 from hrcjax.numerics import computed
 from hrcjax.plan.arm_optimise import Inner, damped_solve, no_longer
-from hrcjax.plan.contacts import SURFACES, Contacts, contacts, frames_along, pair_gaps, sphere_centers
+from hrcjax.plan.contacts import SURFACES, contacts, least_gaps
 from hrcjax.plan.hinge import hinge
 from hrcjax.plan.joint_spline import spline_matrix
 from hrcjax.plan.link_model import LinkModel
-from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance
+from hrcjax.plan.rounded_boxes import RoundedBoxes
 from hrcjax.typing import Array, Float, Joints, Scalar
 
 
@@ -57,19 +59,14 @@ class Problem(NamedTuple):
 
 def problem(model: LinkModel, params: ShortestParams, start: Joints, goal: Joints, solids: RoundedBoxes) -> Problem:
     """A problem with the gaps at its ends."""
-    near, pairs = contacts(model, jnp.stack([start, goal]), solids)
-    # a sphere may be nearest to other obstacles at the ends: the least of all that it sees is what it may keep
+    near, pairs = least_gaps(model, jnp.stack([start, goal]), solids)
+    spheres = len(model.radii)
+    # every obstacle of a sphere may come as near as the nearest one is at the ends
+    near = jnp.concatenate([jnp.tile(near[:spheres], (SURFACES, 1)), near[spheres:]])
     asked = []
-    for ends, gap in ((_least_of_sphere(near.gap, len(model.radii)), params.gap), (pairs.gap, params.self_gap)):
+    for ends, gap in ((near, params.gap), (pairs, params.self_gap)):
         asked.append(jnp.concatenate([jnp.full((ends.shape[0], 1), gap, ends.dtype), ends - params.margin], axis=1))
     return Problem(start, goal, solids, (asked[0], asked[1]))
-
-
-def _least_of_sphere(gap: Float[Array, "contact two"], spheres: int) -> Float[Array, "contact two"]:
-    """For every contact the least gap of its sphere among those with obstacles."""
-    count = SURFACES
-    least = jnp.min(gap[: count * spheres].reshape(count, spheres, -1), axis=0)
-    return jnp.concatenate([jnp.tile(least, (count, 1)), gap[count * spheres :]])
 
 
 def _allowed(asked: Float[Array, "contact 3"], from_start: Array, from_goal: Array, opening: Scalar) -> Array:
@@ -79,14 +76,11 @@ def _allowed(asked: Float[Array, "contact 3"], from_start: Array, from_goal: Arr
     return jnp.minimum(asked[:, :1], jnp.minimum(rising, falling))
 
 
-def _spares(params: ShortestParams, at: Problem, found: tuple[Contacts, Contacts], q: Array) -> list[Array]:
+def _spares(params: ShortestParams, gaps: Sequence[Array], asked: Sequence[Array], q: Array) -> list[Array]:
     """What every contact has beyond the gap asked for [m]."""
     steps = jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1))
     along = jnp.concatenate([jnp.zeros(1, q.dtype), jnp.cumsum(steps)])
-    return [
-        c.gap - _allowed(asked, along, along[-1] - along, params.opening)
-        for c, asked in zip(found, at.asked, strict=True)
-    ]
+    return [gap - _allowed(a, along, along[-1] - along, params.opening) for gap, a in zip(gaps, asked, strict=True)]
 
 
 def configurations(at: Problem, inner: Inner, count: int) -> Float[Array, "sample joint"]:
@@ -109,13 +103,13 @@ class Quality(NamedTuple):
 def quality(model: LinkModel, params: ShortestParams, at: Problem, inner: Inner, samples: int) -> Quality:
     """Length and gaps of a path."""
     q = configurations(at, inner, samples)
-    found = contacts(model, q, at.solids)
-    length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1)))
-    spares = _spares(params, at, found, q)
+    gaps = least_gaps(model, q, at.solids)
+    near, pairs = at.asked
+    spares = _spares(params, gaps, (near[len(near) - len(gaps[0]) :], pairs), q)
     return Quality(
-        length,
-        jnp.minimum(jnp.min(found[0].gap), jnp.min(found[1].gap)),
-        -jnp.minimum(jnp.min(spares[0]), jnp.min(spares[1])),
+        jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1))),
+        jnp.minimum(jnp.min(gaps[0]), jnp.min(gaps[1], initial=FAR)),
+        -jnp.minimum(jnp.min(spares[0]), jnp.min(spares[1], initial=FAR)),
     )
 
 
@@ -135,7 +129,7 @@ def shortest_step(
     S = jnp.asarray(whole[:, 1:-1], dtype)
     q = configurations(at, inner, samples)
     found = contacts(model, q, at.solids)
-    spares = _spares(params, at, found, q)
+    spares = _spares(params, [c.gap for c in found], at.asked, q)
     weight = stiffness / samples
 
     pushes, helds = [], []
@@ -224,13 +218,7 @@ def guess_cost(
         share: of the stiffness [1].
     """
     q = configurations(at, inner, samples)
-    frames = frames_along(model, q)
-    x = sphere_centers(model, frames)
-    free = least_distance(at.solids, x) - jnp.asarray(model.radii, q.dtype)[:, None]
-    if model.floor is not None:
-        over = x[2] - jnp.asarray(model.radii + model.floor, q.dtype)[:, None]
-        free = jnp.where(jnp.asarray(model.sphere_links > 0)[:, None], jnp.minimum(free, over), free)
-    missed = jnp.sum(jnp.maximum(params.gap - free, 0) ** 2)
-    missed = missed + jnp.sum(jnp.maximum(params.self_gap - pair_gaps(model, frames)[0], 0) ** 2)
+    near, pairs = least_gaps(model, q, at.solids)
+    missed = jnp.sum(jnp.maximum(params.gap - near, 0) ** 2) + jnp.sum(jnp.maximum(params.self_gap - pairs, 0) ** 2)
     length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1)))
     return length + share * params.penalty / (2 * samples) * missed
