@@ -86,29 +86,44 @@ class Program:
         self.arrays = [np.asarray(x, np.float32) for x in arrays]
         self.arrays += [] if problems.rotation is None else [np.asarray(problems.rotation, np.float32)]
 
+        def rows(count: int) -> list[NDArray]:
+            return [x[np.zeros(count, int)] for x in self.arrays]
+
+        def guesses(count: int) -> jax.Array:
+            return jnp.zeros((count, CONTROL - 2, model.arm.chain.size), jnp.float32)
+
+        def ends(start: jax.Array, goal: jax.Array, *solids: jax.Array) -> tuple[jax.Array, jax.Array]:
+            return problem(model, start, goal, RoundedBoxes(*solids)).ends
+
+        def cost(inner: jax.Array, start: jax.Array, goal: jax.Array, *solids: jax.Array) -> jax.Array:
+            nothing = jnp.zeros((0, 2), jnp.float32)  # the cost of a guess asks for no gaps at the ends
+            at = Problem(start, goal, RoundedBoxes(*solids), (nothing, nothing))
+            return guess_cost(model, self._numbers(WIDE), at, inner, DRAWN_SAMPLES, jnp.float32(FIRST))
+
         def one(inner: jax.Array, params: ShortestParams, shares: jax.Array, *arrays: jax.Array):
-            start, goal, center, half, radius, *rotation = arrays
-            at = problem(model, params, start, goal, RoundedBoxes(center, half, radius, *rotation))
+            start, goal, *solids, near, pairs = arrays
+            at = Problem(start, goal, RoundedBoxes(*solids), (near, pairs))
             inner = shortened(model, params, at, inner, SAMPLES, STEPS, shares[0], shares[1])
-            found = quality(model, params, at, inner, FINE)
+            found = quality(model, params, at, inner, SAMPLES)
             return inner, configurations(at, inner, FINE), found.length, found.gap, found.missed
 
-        rows = jax.vmap(one, in_axes=(0, None, None, *([0] * len(self.arrays))))
-        inner = jnp.zeros((ROWS, CONTROL - 2, model.arm.chain.size), jnp.float32)
-        asked = (inner, self._numbers(WIDE), jnp.ones(2, jnp.float32), *(x[np.zeros(ROWS, int)] for x in self.arrays))
+        self.ends = jax.jit(jax.vmap(ends), compiler_options=options()).lower(*rows(DRAWN)).compile()
+        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(guesses(DRAWN), *rows(DRAWN)).compile()
+        at_ends = [x[:ROWS] for x in self.ends(*rows(DRAWN))]
+        every = jax.vmap(one, in_axes=(0, None, None, *([0] * (len(self.arrays) + 2))))
         begin = time.perf_counter()
-        self.compiled = jax.jit(rows, compiler_options=options()).lower(*asked).compile()
+        asked = (guesses(ROWS), self._numbers(WIDE), jnp.ones(2, jnp.float32), *rows(ROWS), *at_ends)
+        self.compiled = jax.jit(every, compiler_options=options()).lower(*asked).compile()
         self.compile_seconds = time.perf_counter() - begin
+        self.at_ends: list[NDArray] = []
 
-        def cost(inner: jax.Array, *arrays: jax.Array) -> jax.Array:
-            start, goal, center, half, radius, *rotation = arrays
-            nothing = jnp.zeros((0, 3), jnp.float32)  # the cost of a guess asks for no gaps
-            at = Problem(start, goal, RoundedBoxes(center, half, radius, *rotation), (nothing, nothing))
-            return guess_cost(model, jax.tree.map(jnp.float32, WIDE), at, inner, DRAWN_SAMPLES, jnp.float32(FIRST))
-
-        inner = jnp.zeros((DRAWN, CONTROL - 2, model.arm.chain.size), jnp.float32)
-        drawn = (inner, *(x[np.zeros(DRAWN, int)] for x in self.arrays))
-        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(*drawn).compile()
+    def measure_ends(self) -> None:
+        """Computes the gaps at the ends of all problems."""
+        found = []
+        for begin in range(0, len(self.arrays[0]), DRAWN):
+            rows = np.minimum(np.arange(begin, begin + DRAWN), len(self.arrays[0]) - 1)
+            found.append(self.ends(*(x[rows] for x in self.arrays)))
+        self.at_ends = [np.concatenate([np.asarray(x) for x in part]) for part in zip(*found, strict=True)]
 
     @staticmethod
     def _numbers(params: ShortestParams) -> ShortestParams:
@@ -133,7 +148,7 @@ class Program:
         results = []
         for begin in range(0, len(which), ROWS):  # dispatched one after the other, run side by side
             rows = np.resize(np.arange(begin, min(begin + ROWS, len(which))), ROWS)
-            inputs = (x[which[rows]] for x in self.arrays)
+            inputs = (x[which[rows]] for x in (*self.arrays, *self.at_ends))
             results.append(self.compiled(np.float32(inner[rows]), numbers, between, *inputs))
         parts = [np.concatenate([np.asarray(x) for x in part])[: len(which)] for part in zip(*results, strict=True)]
         return Found(np.asarray(which), *parts)
@@ -253,6 +268,7 @@ class Solver:
         for k in np.flatnonzero(self.checker.free(problems, np.arange(len(problems)), straight)):
             solved.paths[k], solved.stage[k] = straight[k], 0
         every = np.arange(len(problems))
+        self.program.measure_ends()
         self.possible = self.checker.configurations_free(problems, every, problems.start)
         self.possible &= self.checker.configurations_free(problems, every, problems.goal)
         low, high = self.model.arm.q_min, self.model.arm.q_max

@@ -4,7 +4,6 @@ What `arm_optimise` does for any potential and any obstacles, without repulsion 
 residual for each sphere and obstacle near to it, and one for each pair of capsules, in a tenth of the time.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
@@ -53,34 +52,28 @@ class Problem(NamedTuple):
     start: Joints
     goal: Joints
     solids: RoundedBoxes
-    asked: tuple[Float[Array, "contact 3"], Float[Array, "pair 3"]]
-    """For contacts with obstacles and for pairs: the gap asked for away from the ends, and those at start and goal [m]."""
+    ends: tuple[Float[Array, "place two"], Float[Array, "pair two"]]
+    """Gaps at start and goal, as `least_gaps` has them [m]."""
 
 
-def problem(model: LinkModel, params: ShortestParams, start: Joints, goal: Joints, solids: RoundedBoxes) -> Problem:
+def problem(model: LinkModel, start: Joints, goal: Joints, solids: RoundedBoxes) -> Problem:
     """A problem with the gaps at its ends."""
-    near, pairs = least_gaps(model, jnp.stack([start, goal]), solids)
-    spheres = len(model.radii)
-    # every obstacle of a sphere may come as near as the nearest one is at the ends
-    near = jnp.concatenate([jnp.tile(near[:spheres], (SURFACES, 1)), near[spheres:]])
-    asked = []
-    for ends, gap in ((near, params.gap), (pairs, params.self_gap)):
-        asked.append(jnp.concatenate([jnp.full((ends.shape[0], 1), gap, ends.dtype), ends - params.margin], axis=1))
-    return Problem(start, goal, solids, (asked[0], asked[1]))
+    return Problem(start, goal, solids, least_gaps(model, jnp.stack([start, goal]), solids))
 
 
-def _allowed(asked: Float[Array, "contact 3"], from_start: Array, from_goal: Array, opening: Scalar) -> Array:
-    """The gap asked for along the path [m]."""
-    rising = asked[:, 1, None] + opening * from_start
-    falling = asked[:, 2, None] + opening * from_goal
-    return jnp.minimum(asked[:, :1], jnp.minimum(rising, falling))
-
-
-def _spares(params: ShortestParams, gaps: Sequence[Array], asked: Sequence[Array], q: Array) -> list[Array]:
-    """What every contact has beyond the gap asked for [m]."""
+def _asked(
+    params: ShortestParams, at: Problem, q: Float[Array, "sample joint"]
+) -> tuple[Float[Array, "place sample"], Float[Array, "pair sample"]]:
+    """The gaps asked for along the path [m]: where less is free at an end, it opens from there."""
     steps = jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1))
     along = jnp.concatenate([jnp.zeros(1, q.dtype), jnp.cumsum(steps)])
-    return [gap - _allowed(a, along, along[-1] - along, params.opening) for gap, a in zip(gaps, asked, strict=True)]
+    opened = params.opening * along - params.margin, params.opening * (along[-1] - along) - params.margin
+
+    def allowed(gap: Scalar, ends: Float[Array, "place two"]) -> Array:
+        opening = jnp.minimum(ends[:, :1] + opened[0], ends[:, 1:] + opened[1])
+        return jnp.minimum(jnp.asarray(gap, q.dtype), opening)
+
+    return allowed(params.gap, at.ends[0]), allowed(params.self_gap, at.ends[1])
 
 
 def configurations(at: Problem, inner: Inner, count: int) -> Float[Array, "sample joint"]:
@@ -103,13 +96,11 @@ class Quality(NamedTuple):
 def quality(model: LinkModel, params: ShortestParams, at: Problem, inner: Inner, samples: int) -> Quality:
     """Length and gaps of a path."""
     q = configurations(at, inner, samples)
-    gaps = least_gaps(model, q, at.solids)
-    near, pairs = at.asked
-    spares = _spares(params, gaps, (near[len(near) - len(gaps[0]) :], pairs), q)
+    gaps, asked = least_gaps(model, q, at.solids), _asked(params, at, q)
     return Quality(
         jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1))),
         jnp.minimum(jnp.min(gaps[0]), jnp.min(gaps[1], initial=FAR)),
-        -jnp.minimum(jnp.min(spares[0]), jnp.min(spares[1], initial=FAR)),
+        jnp.maximum(jnp.max(asked[0] - gaps[0]), jnp.max(asked[1] - gaps[1], initial=-FAR)),
     )
 
 
@@ -129,7 +120,11 @@ def shortest_step(
     S = jnp.asarray(whole[:, 1:-1], dtype)
     q = configurations(at, inner, samples)
     found = contacts(model, q, at.solids)
-    spares = _spares(params, [c.gap for c in found], at.asked, q)
+    near, pairs = _asked(params, at, q)
+    spheres = len(model.radii)
+    # every obstacle of a sphere may come as near as the nearest one is at the ends
+    near = jnp.concatenate([near[:spheres]] * SURFACES + [near[spheres:]])
+    spares = [found[0].gap - near, found[1].gap - pairs]
     weight = stiffness / samples
 
     pushes, helds = [], []

@@ -29,7 +29,7 @@ def solved(solids, iterations=16):
     start, goal, inner = (jnp.asarray(x, jnp.float32) for x in (HOME, goal, straight))
 
     def solve(inner):
-        at = problem(MODEL, PARAMS, start, goal, solids)
+        at = problem(MODEL, start, goal, solids)
         found = shortened(MODEL, PARAMS, at, inner, 64, iterations, 0.03)
         costs = [guess_cost(MODEL, PARAMS, at, x, 32, jnp.float32(1.0)) for x in (inner, found)]
         return found, quality(MODEL, PARAMS, at, inner, 129), quality(MODEL, PARAMS, at, found, 129), jnp.stack(costs)
