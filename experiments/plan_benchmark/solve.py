@@ -35,9 +35,9 @@ SCHEDULE = (((FIRST, 0.17), False), ((0.17, 1.0), True), ((1.0, 1.0), False), ((
 """Calls of the program for a guess: shares of the stiffness at begin and end, and whether what it finds is checked."""
 TIGHTENED = 2
 """Calls for an accepted path."""
-HOPELESS_FIRST, HOPELESS = 1.0, 0.06
+HOPELESS_FIRST, HOPELESS = 0.05, 0.025
 """A path that misses its distances by more after a call is given up [m]: one that is not checked, one that is."""
-ROUNDS = ((1, 1), (32, 2), (96, 4), (192, 8), (384, 16), (1024, 32))
+ROUNDS = ((1, 1), (32, 3), (96, 8), (192, 16), (384, 32), (1024, 64))
 """Guesses drawn for each problem, and those of least cost that are optimised, round by round."""
 DRAWN, DRAWN_SAMPLES = 64, 32
 """Guesses whose cost is computed at once, and configurations at which it is."""

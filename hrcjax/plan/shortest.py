@@ -20,6 +20,9 @@ from hrcjax.plan.link_model import LinkModel
 from hrcjax.plan.rounded_boxes import RoundedBoxes
 from hrcjax.typing import Array, Float, Joints, Scalar
 
+_AT_ONCE = 8
+"""Contacts that are summed in one turn of a loop."""
+
 
 class ShortestParams(NamedTuple):
     """Numbers of the optimiser."""
@@ -134,18 +137,15 @@ def shortest_step(
         helds.append(held)
     push, held = computed((weight * jnp.concatenate(pushes), weight * jnp.concatenate(helds)))
     slope = computed(jnp.concatenate([c.slope for c in found]))
-    by_q = -jnp.sum(push[:, None] * slope, axis=0)  # (joint sample)
-    stiff = computed(held[:, None] * slope)
-    upper = [(i, j) for i in range(n) for j in range(i, n)]
-    bent = {pair: jnp.sum(stiff[:, pair[0]] * slope[:, pair[1]], axis=0) for pair in upper}
+    by_q, bent = computed(_summed(slope, push, held))
 
     low, high = jnp.asarray(model.arm.q_min, dtype), jnp.asarray(model.arm.q_max, dtype)
     lever = jnp.asarray(params.lever, dtype)
     _, below, below_held = hinge(lever * (q - low).T - params.margin)
     _, above, above_held = hinge(lever * (high - q).T - params.margin)
     by_q = by_q + weight * lever * (above - below)
-    for j in range(n):
-        bent[j, j] = bent[j, j] + weight * lever * lever * (above_held + below_held)[j]
+    ranged = weight * lever * lever * (above_held + below_held)
+    bent = bent + jnp.eye(n, dtype=dtype)[:, :, None] * ranged
 
     # length and bending energy, of equal steps
     D = np.diff(whole, axis=0)
@@ -161,20 +161,35 @@ def shortest_step(
     gradient = (stretched * first_square + b * second_square) @ control + (by_q @ S).T
 
     tight = a * first_square[:, 1:-1] + b * second_square[:, 1:-1]
-    products = np.array([whole[:, 1 + i] * whole[:, 1 + j] for i in range(count) for j in range(i, count)]).T
-    both = computed(jnp.stack([bent[pair] for pair in upper]) @ jnp.asarray(products, dtype))
-    blocks = both[np.ix_(_square(n).reshape(-1), _square(count).reshape(-1))].reshape(n, n, count, count)
+    products = (whole[:, 1:-1, None] * whole[:, None, 1:-1]).reshape(samples, count * count)
+    blocks = (bent.reshape(n * n, samples) @ jnp.asarray(products, dtype)).reshape(n, n, count, count)
     blocks = blocks + jnp.eye(n, dtype=dtype)[:, :, None, None] * tight
     matrix = blocks.transpose(2, 0, 3, 1).reshape(count * n, count * n)
     return damped_solve(matrix, gradient, params.damping)
 
 
-def _square(n: int) -> np.ndarray:
-    """(n n) where the entries of a symmetric matrix are among those of its upper triangle, row by row."""
-    place = np.zeros((n, n), int)
-    rows, columns = np.triu_indices(n)
-    place[rows, columns] = place[columns, rows] = np.arange(len(rows))
-    return place
+def _summed(
+    slope: Float[Array, "contact joint sample"],
+    push: Float[Array, "contact sample"],
+    held: Float[Array, "contact sample"],
+) -> tuple[Float[Array, "joint sample"], Float[Array, "joint joint sample"]]:
+    """Gradient and Gauss-Newton matrix of every sample by its joints: minus the slopes by push, and their squares by held.
+
+    A loop over some contacts at a time: as sums over all of them a CPU takes four times as long.
+    """
+    contact, n, samples = slope.shape
+    short = -contact % _AT_ONCE
+    slope, push, held = (jnp.pad(x, ((0, short), *[(0, 0)] * (x.ndim - 1))) for x in (slope, push, held))
+
+    def add(k: Array, sums: tuple[Array, Array]) -> tuple[Array, Array]:
+        by_q, bent = sums
+        some = (jax.lax.dynamic_slice_in_dim(x, k * _AT_ONCE, _AT_ONCE) for x in (slope, push, held))
+        for s, p, h in zip(*some, strict=True):
+            by_q, bent = by_q - p * s, bent + (h * s)[:, None] * s
+        return by_q, bent
+
+    zero = jnp.zeros((n, samples), slope.dtype), jnp.zeros((n, n, samples), slope.dtype)
+    return jax.lax.fori_loop(0, (contact + short) // _AT_ONCE, add, zero)
 
 
 def shortened(
