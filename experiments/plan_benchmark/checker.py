@@ -4,7 +4,6 @@ Configurations whose covering spheres are free are free: a sieve that leaves few
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
 
 import jax
 import jax.numpy as jnp
@@ -20,22 +19,24 @@ from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance
 from hrcjax.robot import Arm, arm_capsules
 
 from .problems import TIGHT, Problems
+from .side_by_side import side_by_side
 
 STEP = np.deg2rad(2.0)
 """Largest change of any joint from one checked configuration to the next [rad]."""
 INFLATION = 0.004
 """Of the spheres of the sieve [m]."""
+SPARSE = 6
+"""Of so many configurations one is checked before the others."""
 CHUNKS = (1024, 128)
 """Configurations that are checked at once: many, or the rest in few."""
 
 
 def dense(path: NDArray) -> NDArray:
     """The path with steps of at most STEP, its waypoints among them."""
-    parts = [path[:1]]
-    for a, b in pairwise(path):
-        count = max(int(np.ceil(np.abs(b - a).max() / STEP)), 1)
-        parts.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
-    return np.concatenate(parts)
+    count = np.maximum(np.ceil(np.abs(np.diff(path, axis=0)).max(axis=1, initial=0) / STEP), 1).astype(int)
+    begin = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(begin)) - np.repeat(np.cumsum(count) - count, count)) / count[begin]
+    return np.concatenate([path[begin] + share[:, None] * (path[begin + 1] - path[begin]), path[-1:]])
 
 
 class Checker:
@@ -64,13 +65,18 @@ class Checker:
 
     def _chunked(self, f: Callable[..., jax.Array], problems: Problems, problem: NDArray, q: NDArray) -> NDArray:
         ok = np.zeros(len(q), bool)
+        parts: list[tuple[int, int]] = []
         begin = 0
         while begin < len(q):
-            chunk = next((c for c in CHUNKS if c <= len(q) - begin), CHUNKS[-1])
+            parts.append((begin, next((c for c in CHUNKS if c <= len(q) - begin), CHUNKS[-1])))
+            begin += parts[-1][1]
+
+        def checked(begin: int, chunk: int) -> None:
             rows = np.arange(begin, min(begin + chunk, len(q)))
             padded = np.resize(rows, chunk)
-            begin += chunk
             ok[rows] = np.asarray(f(np.float32(q[padded]), problems.solids(problem[padded])))[: len(rows)]
+
+        side_by_side(checked, parts)
         return ok
 
     def configurations_free(self, problems: Problems, problem: NDArray, q: NDArray, exact: bool = True) -> NDArray:
@@ -94,8 +100,14 @@ class Checker:
             return np.zeros(0, bool)
         fine = [dense(path) for path in paths]
         owner = np.repeat(np.arange(len(fine)), [len(path) for path in fine])
-        ok = self.configurations_free(problems, np.asarray(which)[owner], np.concatenate(fine))
-        return np.bincount(owner, ~ok, len(fine)) == 0
+        q, problem, ok = np.concatenate(fine), np.asarray(which)[owner], np.ones(len(fine), bool)
+        sparse = (
+            np.arange(len(q)) % SPARSE == 0
+        )  # most paths that are not free are found out by few of their configurations
+        for part in (sparse, ~sparse):
+            rows = np.flatnonzero(part & ok[owner])
+            ok[owner[rows[~self.configurations_free(problems, problem[rows], q[rows])]]] = False
+        return ok
 
     def clearances(self, problems: Problems, which: Sequence[int] | NDArray, paths: Sequence[NDArray]) -> NDArray:
         """Least distance of each path from the obstacles of its problem [m]."""

@@ -22,6 +22,7 @@ from hrcjax.plan.shortest import Problem, ShortestParams, configurations, guess_
 
 from .checker import Checker
 from .problems import Problems, joint_length
+from .side_by_side import side_by_side
 
 CONTROL, SAMPLES, FINE = 12, 64, 129
 """Control points of a path, configurations at which it is optimised, and by which it is handed to the checker."""
@@ -134,23 +135,28 @@ class Program:
         if len(inner) == count * len(which):
             return inner
         each = len(inner) // len(which)
-        owner, found = np.repeat(which, each), []
-        for begin in range(0, len(inner), DRAWN):
+        owner = np.repeat(which, each)
+
+        def some(begin: int) -> NDArray:
             rows = np.resize(np.arange(begin, min(begin + DRAWN, len(inner))), DRAWN)
-            found.append(self.costs(np.float32(inner[rows]), *(x[owner[rows]] for x in self.arrays)))
-        cost = np.concatenate([np.asarray(x) for x in found])[: len(inner)].reshape(len(which), each)
+            return np.asarray(self.costs(np.float32(inner[rows]), *(x[owner[rows]] for x in self.arrays)))
+
+        found = side_by_side(some, [(begin,) for begin in range(0, len(inner), DRAWN)])
+        cost = np.concatenate(found)[: len(inner)].reshape(len(which), each)
         chosen = np.argsort(cost, axis=1)[:, :count] + each * np.arange(len(which))[:, None]
         return inner[chosen.reshape(-1)]
 
     def __call__(self, which: NDArray, inner: NDArray, params: ShortestParams, shares: tuple[float, float]) -> "Found":
         """What some steps make of every row, with the stiffness going from one share to another."""
         numbers, between = self._numbers(params), np.float32(shares)
-        results = []
-        for begin in range(0, len(which), ROWS):  # dispatched one after the other, run side by side
+
+        def some(begin: int) -> list[NDArray]:
             rows = np.resize(np.arange(begin, min(begin + ROWS, len(which))), ROWS)
             inputs = (x[which[rows]] for x in (*self.arrays, *self.at_ends))
-            results.append(self.compiled(np.float32(inner[rows]), numbers, between, *inputs))
-        parts = [np.concatenate([np.asarray(x) for x in part])[: len(which)] for part in zip(*results, strict=True)]
+            return [np.asarray(x) for x in self.compiled(np.float32(inner[rows]), numbers, between, *inputs)]
+
+        results = side_by_side(some, [(begin,) for begin in range(0, len(which), ROWS)])
+        parts = [np.concatenate(part)[: len(which)] for part in zip(*results, strict=True)]
         return Found(np.asarray(which), *parts)
 
 

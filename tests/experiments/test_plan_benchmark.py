@@ -125,7 +125,7 @@ def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
              path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
     out = tmp_path / "rows.json"
     config = PlanBenchmarkConfig(
-        space="arm", problems=file, settings=0, json=out, page=tmp_path / "page.md", out=tmp_path / "run"
+        space="arm", problems=file, settings=0, families=0, json=out, page=tmp_path / "page.md", out=tmp_path / "run"
     )
     assert run(config) == 0
     rows = json.loads(out.read_text())["plan_benchmark"]
@@ -144,7 +144,7 @@ def test_rows_of_the_arm_are_kept_in_the_folder(tmp_path, monkeypatch, capsys):
                  path=made.reference[0], path_offset=np.array([0, 2]))  # fmt: skip
 
     written(made.goal)
-    config = PlanBenchmarkConfig(space="arm", problems=file, settings=3, json=out, out=tmp_path / "run")
+    config = PlanBenchmarkConfig(space="arm", problems=file, settings=3, families=0, json=out, out=tmp_path / "run")
     found = {"problems": {"value": 4.0, "unit": "1"}, "success": {"value": 0.97, "unit": "1"}}
     calls = []
     monkeypatch.setattr(arm, "_problems", lambda *_: calls.append("problems") or found)
@@ -174,7 +174,9 @@ def test_wrong_problems_are_refused_before_points_are_measured(tmp_path, monkeyp
 
 
 def test_missing_and_wrong_problems_are_told(tmp_path, capsys):
-    config = PlanBenchmarkConfig(space="arm", problems=tmp_path / "none.npz", settings=0, out=tmp_path / "run")
+    config = PlanBenchmarkConfig(
+        space="arm", problems=tmp_path / "none.npz", settings=0, families=0, out=tmp_path / "run"
+    )
     assert run(config) == 0
     assert "left out" in capsys.readouterr().err
     np.savez(tmp_path / "wrong.npz", a=np.zeros(2))
