@@ -23,7 +23,7 @@ from .speed import alone_ms, robotica_speed
 INFLATION = 0.005
 """Of the arm's spheres in the problems [m]."""
 DECIDING = (
-    "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "side_by_side.py", "solve.py", "speed.py",
+    "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "solve.py", "speed.py",
 )  # fmt: skip
 """Files that decide the rows, beside the library."""
 

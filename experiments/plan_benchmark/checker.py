@@ -19,7 +19,6 @@ from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance
 from hrcjax.robot import Arm, arm_capsules
 
 from .problems import TIGHT, Problems
-from .side_by_side import side_by_side
 
 STEP = np.deg2rad(2.0)
 """Largest change of any joint from one checked configuration to the next [rad]."""
@@ -65,18 +64,13 @@ class Checker:
 
     def _chunked(self, f: Callable[..., jax.Array], problems: Problems, problem: NDArray, q: NDArray) -> NDArray:
         ok = np.zeros(len(q), bool)
-        parts: list[tuple[int, int]] = []
         begin = 0
         while begin < len(q):
-            parts.append((begin, next((c for c in CHUNKS if c <= len(q) - begin), CHUNKS[-1])))
-            begin += parts[-1][1]
-
-        def checked(begin: int, chunk: int) -> None:
+            chunk = next((c for c in CHUNKS if c <= len(q) - begin), CHUNKS[-1])
             rows = np.arange(begin, min(begin + chunk, len(q)))
             padded = np.resize(rows, chunk)
+            begin += chunk
             ok[rows] = np.asarray(f(np.float32(q[padded]), problems.solids(problem[padded])))[: len(rows)]
-
-        side_by_side(checked, parts)
         return ok
 
     def configurations_free(self, problems: Problems, problem: NDArray, q: NDArray, exact: bool = True) -> NDArray:

@@ -22,7 +22,6 @@ from hrcjax.plan.shortest import Problem, ShortestParams, configurations, guess_
 
 from .checker import Checker
 from .problems import Problems, joint_length
-from .side_by_side import side_by_side
 
 CONTROL, SAMPLES, FINE = 12, 64, 129
 """Control points of a path, configurations at which it is optimised, and by which it is handed to the checker."""
@@ -141,7 +140,7 @@ class Program:
             rows = np.resize(np.arange(begin, min(begin + DRAWN, len(inner))), DRAWN)
             return np.asarray(self.costs(np.float32(inner[rows]), *(x[owner[rows]] for x in self.arrays)))
 
-        found = side_by_side(some, [(begin,) for begin in range(0, len(inner), DRAWN)])
+        found = [some(begin) for begin in range(0, len(inner), DRAWN)]
         cost = np.concatenate(found)[: len(inner)].reshape(len(which), each)
         chosen = np.argsort(cost, axis=1)[:, :count] + each * np.arange(len(which))[:, None]
         return inner[chosen.reshape(-1)]
@@ -155,7 +154,7 @@ class Program:
             inputs = (x[which[rows]] for x in (*self.arrays, *self.at_ends))
             return [np.asarray(x) for x in self.compiled(np.float32(inner[rows]), numbers, between, *inputs)]
 
-        results = side_by_side(some, [(begin,) for begin in range(0, len(which), ROWS)])
+        results = [some(begin) for begin in range(0, len(which), ROWS)]
         parts = [np.concatenate(part)[: len(which)] for part in zip(*results, strict=True)]
         return Found(np.asarray(which), *parts)
 
