@@ -61,7 +61,7 @@ STROKES = ((0.22, 0.0, 0.0), (0.14, 0.12, 0.0), (0.15, 0.0, 0.13), (0.12, 0.1, 0
 def under_way(t: Scalar, start: Scalar, end: Scalar) -> Float[Array, ""]:
     """Time that has passed for who sets off between `start` and `end`: the integral of `smooth_step` [s]."""
     u = jnp.clip((t - start) / (end - start), 0, 1)
-    return (end - start) * u**4 * (2.5 + u * (u - 3.0)) + jnp.maximum(t - end, 0.0)
+    return jnp.asarray((end - start) * u**4 * (2.5 + u * (u - 3.0)) + jnp.maximum(t - end, 0.0))
 
 
 def led_hand(scene: Scene, seed: int, seconds: float) -> Person:

@@ -13,6 +13,8 @@ from hrcjax.plan.link_model import link_model
 
 from .about import about, read, stored
 from .checker import Checker
+from .others import family_rows, peer_rows
+from .peers import installed
 from .problems import TIGHT, read_problems, thin_arm
 from .rows import Rows, problem_rows, row
 from .solve import solve_all
@@ -20,7 +22,9 @@ from .speed import alone_ms, robotica_speed
 
 INFLATION = 0.005
 """Of the arm's spheres in the problems [m]."""
-DECIDING = ("arm.py", "checker.py", "problems.py", "rows.py", "solve.py", "speed.py")
+DECIDING = (
+    "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "solve.py", "speed.py",
+)  # fmt: skip
 """Files that decide the rows, beside the library."""
 
 
@@ -28,13 +32,29 @@ def _say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _problems(path: Path, count: int) -> Rows:
+def _problems(path: Path, count: int, peers: int) -> Rows:
     problems = read_problems(path, count)
     arm = thin_arm()
     checker = Checker(arm)
     reference_free = checker.free(problems, range(len(problems)), problems.reference)
     model = link_model(arm, INFLATION, floor=0.0, tight=TIGHT)
-    return problem_rows(problems, reference_free, solve_all(model, checker, problems, _say))
+    solved = solve_all(model, checker, problems, _say)
+    rows = problem_rows(problems, reference_free, solved)
+    both = [(int(k), own) for k in np.flatnonzero(reference_free) if (own := solved.paths[k]) is not None]
+    if both:
+        there, paths = [k for k, _ in both], [own for _, own in both]
+        rows["clearance"] = row(1e3 * np.median(checker.clearances(problems, there, paths)), "mm")
+        references = [problems.reference[k] for k in there]
+        rows["clearance_reference"] = row(1e3 * np.median(checker.clearances(problems, there, references)), "mm")
+    if peers and installed():
+        rows |= peer_rows(arm, checker, problems, reference_free, solved, peers, _say)
+    return rows
+
+
+def _families(count: int) -> Rows:
+    arm = thin_arm()
+    model = link_model(arm, INFLATION, floor=0.0, tight=TIGHT)
+    return family_rows(model, Checker(arm), count, installed(), _say)
 
 
 def _speed(settings: int) -> Rows:
@@ -70,15 +90,20 @@ def _kept(
     return rows, read(found)
 
 
-def arm_rows(store: RunStore, path: Path, count: int, settings: int) -> tuple[Rows, dict[str, Any]]:
+def arm_rows(
+    store: RunStore, path: Path, count: int, settings: int, families: int = 0, peers: int = 0
+) -> tuple[Rows, dict[str, Any]]:
     """Rows of the whole arm, and what they were measured on; without the file of problems those are left out."""
     rows: Rows = {}
     origin: dict[str, Any] = {}
     if path.exists():
-        asked = {"problems": file_digest(path), "count": count}
-        rows, origin = _kept(store, "problems", asked, lambda: _problems(path, count))
+        asked = {"problems": file_digest(path), "count": count, "peers": peers}
+        rows, origin = _kept(store, "problems", asked, lambda: _problems(path, count, peers))
     else:
         _say(f"no problems at {path}: their rows are left out; --problems FILE names another place")
+    if families:
+        more, measured = _kept(store, "families", {"families": families}, lambda: _families(families))
+        rows, origin = {**rows, **more}, origin or measured
     if settings:
         more, measured = _kept(store, "speed", {"settings": settings}, lambda: _speed(settings))
         rows, origin = {**rows, **more}, origin or measured

@@ -4,14 +4,13 @@ Configurations whose covering spheres are free are free: a sieve that leaves few
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.geom.segment import FAR, capsules_distances
+from hrcjax.geom.segment import FAR, capsule_distance
 from hrcjax.geom.shape import box_distance, segment_convex_distance
 from hrcjax.plan.body import self_pairs
 from hrcjax.plan.contacts import frames_along, pair_gaps, sphere_centers
@@ -25,27 +24,31 @@ STEP = np.deg2rad(2.0)
 """Largest change of any joint from one checked configuration to the next [rad]."""
 INFLATION = 0.004
 """Of the spheres of the sieve [m]."""
+SPARSE = 6
+"""Of so many configurations one is checked before the others."""
 CHUNKS = (1024, 128)
 """Configurations that are checked at once: many, or the rest in few."""
 
 
 def dense(path: NDArray) -> NDArray:
     """The path with steps of at most STEP, its waypoints among them."""
-    parts = [path[:1]]
-    for a, b in pairwise(path):
-        count = max(int(np.ceil(np.abs(b - a).max() / STEP)), 1)
-        parts.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
-    return np.concatenate(parts)
+    count = np.maximum(np.ceil(np.abs(np.diff(path, axis=0)).max(axis=1, initial=0) / STEP), 1).astype(int)
+    begin = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(begin)) - np.repeat(np.cumsum(count) - count, count)) / count[begin]
+    return np.concatenate([path[begin] + share[:, None] * (path[begin + 1] - path[begin]), path[-1:]])
 
 
 class Checker:
     """Tells whether configurations and paths of an arm are free."""
 
-    def __init__(self, arm: Arm, sieve: bool = True) -> None:
+    def __init__(self, arm: Arm, sieve: bool = True, tight: Sequence[tuple[str, str]] = TIGHT) -> None:
         self.arm = arm
-        pairs = tuple(self_pairs(arm, TIGHT))
+        pairs = tuple(self_pairs(arm, tight))
+        self._distances = jax.jit(jax.vmap(partial(_configuration_distances, arm, pairs)))
         self._exact = jax.jit(jax.vmap(partial(_configuration_free, arm, pairs)))
-        self._sieve = jax.jit(partial(_surely_free, link_model(arm, INFLATION, 0.0, TIGHT))) if sieve else None
+        self._sieve = (
+            jax.jit(partial(_surely_free, link_model(arm, INFLATION, 0.0, tight, whole=True))) if sieve else None
+        )
 
     def warm(self, problems: Problems) -> None:
         """Compiles."""
@@ -91,8 +94,26 @@ class Checker:
             return np.zeros(0, bool)
         fine = [dense(path) for path in paths]
         owner = np.repeat(np.arange(len(fine)), [len(path) for path in fine])
-        ok = self.configurations_free(problems, np.asarray(which)[owner], np.concatenate(fine))
-        return np.bincount(owner, ~ok, len(fine)) == 0
+        q, problem, ok = np.concatenate(fine), np.asarray(which)[owner], np.ones(len(fine), bool)
+        sparse = (
+            np.arange(len(q)) % SPARSE == 0
+        )  # most paths that are not free are found out by few of their configurations
+        for part in (sparse, ~sparse):
+            rows = np.flatnonzero(part & ok[owner])
+            ok[owner[rows[~self.configurations_free(problems, problem[rows], q[rows])]]] = False
+        return ok
+
+    def clearances(self, problems: Problems, which: Sequence[int] | NDArray, paths: Sequence[NDArray]) -> NDArray:
+        """Least distance of each path from the obstacles of its problem [m]."""
+        fine = [dense(path) for path in paths]
+        owner = np.repeat(np.arange(len(fine)), [len(path) for path in fine])
+        least, q, problem = np.full(len(fine), np.inf), np.concatenate(fine), np.asarray(which)[owner]
+        for begin in range(0, len(q), CHUNKS[0]):
+            rows = np.arange(begin, min(begin + CHUNKS[0], len(q)))
+            padded = np.resize(rows, CHUNKS[0])
+            away = self._distances(np.float32(q[padded]), problems.solids(problem[padded]))[0]
+            np.minimum.at(least, owner[rows], np.asarray(away)[: len(rows)])
+        return least
 
 
 def _surely_free(model: LinkModel, q: jax.Array, solids: RoundedBoxes) -> jax.Array:
@@ -107,7 +128,10 @@ def _surely_free(model: LinkModel, q: jax.Array, solids: RoundedBoxes) -> jax.Ar
     return away & above & jnp.all(pair_gaps(model, frames)[0] > 0, axis=0)
 
 
-def _configuration_free(arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, solids: RoundedBoxes) -> jax.Array:
+def _configuration_distances(
+    arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, solids: RoundedBoxes
+) -> tuple[jax.Array, jax.Array]:
+    """Least distance of moving capsules from obstacles, and from the floor and each other [m]."""
     capsules = arm_capsules(arm, q)
     links = np.asarray(arm.capsule_links)
     moving = np.flatnonzero(links >= 0)
@@ -125,9 +149,17 @@ def _configuration_free(arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Arr
     apart = jax.vmap(over_boxes, in_axes=(0, 0, None))(
         capsules.a[moving], capsules.b[moving], jnp.arange(solids.center.shape[0])
     )
-    boxes_free = jnp.all(apart > capsules.radius[moving][:, None])
     high = np.flatnonzero(links >= 1)
-    floor_free = jnp.all(jnp.minimum(capsules.a[high, 2], capsules.b[high, 2]) > capsules.radius[high])
-    between = capsules_distances(capsules, capsules)
-    i, j = np.asarray(pairs).T
-    return boxes_free & floor_free & jnp.all(between[i, j] > 0)
+    over_floor = jnp.minimum(capsules.a[high, 2], capsules.b[high, 2]) - capsules.radius[high]
+    i, j = np.asarray(pairs, int).reshape(-1, 2).T
+    between = jax.vmap(capsule_distance)(
+        *(x[i] for x in (capsules.a, capsules.b, capsules.radius)),
+        *(x[j] for x in (capsules.a, capsules.b, capsules.radius)),
+    )
+    own = jnp.concatenate([over_floor, between])
+    return jnp.min(apart - capsules.radius[moving][:, None]), jnp.min(own, initial=FAR)
+
+
+def _configuration_free(arm: Arm, pairs: tuple[tuple[int, int], ...], q: jax.Array, solids: RoundedBoxes) -> jax.Array:
+    away, own = _configuration_distances(arm, pairs, q, solids)
+    return (away > 0) & (own > 0)

@@ -63,10 +63,14 @@ class PlanBenchmarkConfig:
     """Problems of the arm: start, goal, box_center, box_half_extents, n_boxes, and reference paths."""
     count: int = 0
     """Problems to take, drawn evenly from the file. 0: all."""
+    peers: int = 300
+    """Problems, drawn evenly from those, that OMPL's RRTConnect and BFMT* solve too. 0: none."""
+    families: int = 30
+    """Problems of each other family: shelves, tables, cages, spheres, turned boxes, points. 0: none."""
     settings: int = 128
     """Settings of K_att, K_rep and zeta for which the arm is planned at once in the Robotica paper's scene. 0: none."""
     quick: bool = False
-    """At most 10 scenes, 4 of other seeds and 2 for the augmented Lagrangian, with 0.2 s for OMPL's planners; 50 problems, 16 settings."""
+    """At most 10 scenes, 4 of other seeds and 2 for the augmented Lagrangian, with 0.2 s for OMPL's planners; 50 problems, 10 of them by OMPL too, 3 of each family, 16 settings."""
     json: Path | None = None
     """Output file {"plan_benchmark": {row: {value, unit}}}; other sections, and the rows of the other space, are kept."""
     page: Path | None = None
@@ -77,7 +81,7 @@ def reduced(config: PlanBenchmarkConfig) -> PlanBenchmarkConfig:
     """The options of a quick run."""
     count = min(config.count or 50, 50)
     return replace(
-        config, scenes=min(config.scenes, 10), unseen=min(config.unseen, 4), lagrange=min(config.lagrange, 2), budget=min(config.budget, 0.2), count=count, settings=min(config.settings, 16)
+        config, scenes=min(config.scenes, 10), unseen=min(config.unseen, 4), lagrange=min(config.lagrange, 2), budget=min(config.budget, 0.2), count=count, settings=min(config.settings, 16), peers=min(config.peers, 10), families=min(config.families, 3)
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from .about import sentence
 from .points.optimum_page import optimum_page
 from .points.page import point_page
 from .points.words import definition, judged
-from .rows import BARS, DEFINITIONS, POINT, Rows, holds
+from .rows import BARS, DEFINITIONS, POINT, Rows, holds, of_others
 
 HEAD = """# The planners, measured
 
@@ -22,10 +22,15 @@ forearm and wrist 2 may overlap{taken}. Paths are B-splines of 12 control points
 2 cm from the obstacles where the ends allow it.
 
 * **Rounds.** First the straight joint line is optimised, then for what is left, and up to the third round for paths 1.25 times as long as the straight line,
-  the cheapest of more and more random detours: 2 of 32, 4 of 96, 8 of 192, 16 of 384, 32 of 1024. A guess costs its length and the penalties at 32 configurations.
+  the cheapest of more and more random detours: 3 of 32, 8 of 96, 16 of 192, 32 of 384, 64 of 1024. A guess costs its length and the penalties at 32 configurations;
+  after six steps what is still far from free is given up.
   At last all accepted paths are shortened with 6 mm from the obstacles. Paths are accepted, the shortest first, by the exact check.
 * **Roadmaps**, `success_guided`: what is left gets guesses by a lazy roadmap through random free configurations, optimised likewise; where none becomes a free
   path, the roadmap's own line is taken, and counts here alone.
+* **OMPL's planners** get {peers} of the same problems, drawn evenly, and every problem of the other families: 5 s each, the box of both ends grown by 2 rad, validity every
+  degree by C MuJoCo's collisions of the same capsules, OMPL's simplification. Their paths count if the exact check accepts them.
+* **Other families**, seeded, start and goal random with the tool among the obstacles, nothing of the solver chosen on them: shelves, tables on legs with upright capsules on top,
+  cages of bars and beams, spheres, boxes turned at random, a table with walls as a hundred points. Some may have no solution.
 * **What is impossible** is not tried: problems whose start or goal is not free. They count in the times per problem.
 * The numbers of the solver were chosen on 300 of the problems, drawn evenly; `success_rest` is that of the others.
 
@@ -45,7 +50,7 @@ def bars_table(rows: Rows, names: Sequence[str]) -> str:
         entry = rows[name]
         bar = " ".join(map(str, BARS[name])) if name in BARS else ""
         missed = " (missed)" if holds(name, entry["value"]) is False else ""
-        words = DEFINITIONS.get(name) or definition(name)
+        words = DEFINITIONS.get(name) or of_others(name) or definition(name)
         around = f" [{entry['low']:.3g}, {entry['high']:.3g}]" if "low" in entry else ""
         lines.append(f"| {name} | {entry['value']:.4g}{around} | {entry['unit']} | {bar}{missed} | {words} |")
     return "\n".join(lines) + "\n"
@@ -82,7 +87,11 @@ def page(
     arm = [name for name in rows if not name.startswith(POINT)]
     if arm:
         taken = f"; {rows['taken']['value']:.0f} problems taken" if "taken" in rows else ""
-        text += ARM.format(taken=taken, origin=sentence(origins.get("arm"))) + bars_table(rows, arm)
+        text += ARM.format(
+            taken=taken,
+            peers=f"{rows['peer_problems']['value']:.0f}" if "peer_problems" in rows else "none",
+            origin=sentence(origins.get("arm")),
+        ) + bars_table(rows, arm)
     else:
         before = old.partition(ARM_TITLE)[2].strip()
         text += (

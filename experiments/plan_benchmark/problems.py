@@ -1,5 +1,6 @@
 """The problems: a UR5 among boxes, with the reference path of each."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -84,6 +85,27 @@ def read_problems(path: Path, count: int) -> Problems:
     if not 0 <= count <= len(every):
         raise UsageError(f"--count {count}: {path} holds {len(every)} problems; 0 takes all")
     return every.taken(drawn_evenly(len(every), count)) if count else every
+
+
+def joined(parts: Sequence[Problems]) -> Problems:
+    """Problems of several kinds as one list, with places for as many obstacles as any of them has."""
+    most = max(part.center.shape[1] for part in parts)
+
+    def padded(x: NDArray) -> NDArray:
+        return np.concatenate([x, np.zeros((len(x), most - x.shape[1], *x.shape[2:]))], axis=1)
+
+    def whole(name: str) -> NDArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    grown = [np.zeros(part.center.shape[:2]) if part.grown is None else part.grown for part in parts]
+    turned = [
+        np.tile(np.eye(3), (*part.center.shape[:2], 1, 1)) if part.rotation is None else part.rotation for part in parts
+    ]
+    axes = None if all(part.rotation is None for part in parts) else np.concatenate([padded(x) for x in turned])
+    return Problems(
+        whole("start"), whole("goal"), np.concatenate([padded(part.center) for part in parts]), np.concatenate([padded(part.half) for part in parts]),
+        whole("boxes"), tuple(path for part in parts for path in part.reference), np.concatenate([padded(x) for x in grown]), axes,
+    )  # fmt: skip
 
 
 def drawn_evenly(every: int, count: int) -> NDArray:

@@ -56,12 +56,32 @@ DEFINITIONS = {
     "ms_amortised_cpu": "the same in time of all cores, which other programs lengthen less",
     "ms_guided": "`ms_amortised` with the roadmaps",
     "solve_compile_s": "time to compile the program that takes longest to",
+    "clearance": "least distance of the path from the obstacles, exact, median over solved problems",
+    "clearance_reference": "the same of their reference paths",
+    "peer_problems": "problems, drawn evenly, that OMPL's planners are given too",
+    "family_ms_few": "time per problem of the other families together but `points`, without compiling and roadmaps",
+    "family_ms_many": "the same of the family `points`, whose problems have more than a hundred obstacles",
     "ms_alone": "Robotica paper's scene: time of one plan by itself, all guesses",
     "settings_per_s": "the same scene: settings of K_att, K_rep and zeta planned per second in one batch",
     "compile_s": "time to trace and compile that batch",
     "robotica_kept": "share of these settings whose plan keeps all distances, bounds, and is free of self-collision",
 }
 """What each row measures."""
+
+
+PARTS = {
+    "_success": "share of problems solved, judged by the exact check", "_guided": "the same, with the roadmaps' guesses",
+    "_straight": "share of problems whose straight joint line is free", "_ms": "processor time per problem, validity in C, calls from Python",
+    "_length_hard": "length over the reference, median where the straight line collides", "_clearance": "least distance from obstacles, median",
+    "_ours_over": "our length over that of OMPL's path, median where both solve and the straight line collides",
+    "_rrt_connect": "share of problems solved by OMPL's RRTConnect",
+}  # fmt: skip
+"""What the ends of names of rows of families and peers mean."""
+
+
+def of_others(name: str) -> str | None:
+    """What a row of a family or a peer measures; None: it is no such row."""
+    return next((words for end, words in PARTS.items() if name.endswith(end)), None)
 
 
 def row(value: float | np.floating, unit: str) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from .rows import Rows, holds
 
 def _check(config: PlanBenchmarkConfig) -> None:
     """Everything that can be refused before anything is measured."""
-    at_least(config, 0, "settings", "seed", "unseen", "lagrange")
+    at_least(config, 0, "settings", "seed", "unseen", "lagrange", "families", "peers")
     at_least(config, 1, "scenes")
     if not 0 < config.budget < math.inf:
         raise UsageError(f"--budget {config.budget:g}: accepted is a time above 0 s")
@@ -75,7 +75,9 @@ def measured(config: PlanBenchmarkConfig, planners: tuple[str, ...]) -> tuple[Ro
             rows, figures = dict(found.rows), found.figures
             print(printed(rows) + "\n")
         if config.space != "point":
-            mine, origin = arm_rows(store, config.problems, config.count, config.settings)
+            mine, origin = arm_rows(
+                store, config.problems, config.count, config.settings, config.families, config.peers
+            )
             if origin:
                 origins["arm"] = origin
             print(table(SECTION, mine) + "\n")

@@ -6,6 +6,7 @@ Pairs of a problem and a guess are the rows of one program, whichever problems t
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -26,13 +27,17 @@ CONTROL, SAMPLES, FINE = 12, 64, 129
 """Control points of a path, configurations at which it is optimised, and by which it is handed to the checker."""
 ROWS = 16
 """Pairs of problem and guess optimised at once."""
-STEPS = 12
+STEPS = 6
 """Steps of one call of the program."""
 FIRST = 0.03
-"""Share of the stiffness in the first call's first step."""
-HOPELESS = 0.06
-"""A path that misses its distances by more after the first call is given up [m]."""
-ROUNDS = ((1, 1), (32, 2), (96, 4), (192, 8), (384, 16), (1024, 32))
+"""Share of the stiffness in the first step."""
+SCHEDULE = (((FIRST, 0.17), False), ((0.17, 1.0), True), ((1.0, 1.0), False), ((1.0, 1.0), True))
+"""Calls of the program for a guess: shares of the stiffness at begin and end, and whether what it finds is checked."""
+TIGHTENED = 2
+"""Calls for an accepted path."""
+HOPELESS_FIRST, HOPELESS = 0.05, 0.025
+"""A path that misses its distances by more after a call is given up [m]: one that is not checked, one that is."""
+ROUNDS = ((1, 1), (32, 3), (96, 8), (192, 16), (384, 32), (1024, 64))
 """Guesses drawn for each problem, and those of least cost that are optimised, round by round."""
 DRAWN, DRAWN_SAMPLES = 64, 32
 """Guesses whose cost is computed at once, and configurations at which it is."""
@@ -81,29 +86,44 @@ class Program:
         self.arrays = [np.asarray(x, np.float32) for x in arrays]
         self.arrays += [] if problems.rotation is None else [np.asarray(problems.rotation, np.float32)]
 
-        def one(inner: jax.Array, params: ShortestParams, first: jax.Array, *arrays: jax.Array):
-            start, goal, center, half, radius, *rotation = arrays
-            at = problem(model, params, start, goal, RoundedBoxes(center, half, radius, *rotation))
-            inner = shortened(model, params, at, inner, SAMPLES, STEPS, first)
-            found = quality(model, params, at, inner, FINE)
+        def rows(count: int) -> list[NDArray]:
+            return [x[np.zeros(count, int)] for x in self.arrays]
+
+        def guesses(count: int) -> jax.Array:
+            return jnp.zeros((count, CONTROL - 2, model.arm.chain.size), jnp.float32)
+
+        def ends(start: jax.Array, goal: jax.Array, *solids: jax.Array) -> tuple[jax.Array, jax.Array]:
+            return problem(model, start, goal, RoundedBoxes(*solids)).ends
+
+        def cost(inner: jax.Array, start: jax.Array, goal: jax.Array, *solids: jax.Array) -> jax.Array:
+            nothing = jnp.zeros((0, 2), jnp.float32)  # the cost of a guess asks for no gaps at the ends
+            at = Problem(start, goal, RoundedBoxes(*solids), (nothing, nothing))
+            return guess_cost(model, self._numbers(WIDE), at, inner, DRAWN_SAMPLES, jnp.float32(FIRST))
+
+        def one(inner: jax.Array, params: ShortestParams, shares: jax.Array, *arrays: jax.Array):
+            start, goal, *solids, near, pairs = arrays
+            at = Problem(start, goal, RoundedBoxes(*solids), (near, pairs))
+            inner = shortened(model, params, at, inner, SAMPLES, STEPS, shares[0], shares[1])
+            found = quality(model, params, at, inner, SAMPLES)
             return inner, configurations(at, inner, FINE), found.length, found.gap, found.missed
 
-        rows = jax.vmap(one, in_axes=(0, None, None, *([0] * len(self.arrays))))
-        inner = jnp.zeros((ROWS, CONTROL - 2, model.arm.chain.size), jnp.float32)
-        asked = (inner, self._numbers(WIDE), jnp.float32(FIRST), *(x[np.zeros(ROWS, int)] for x in self.arrays))
+        self.ends = jax.jit(jax.vmap(ends), compiler_options=options()).lower(*rows(DRAWN)).compile()
+        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(guesses(DRAWN), *rows(DRAWN)).compile()
+        at_ends = [x[:ROWS] for x in self.ends(*rows(DRAWN))]
+        every = jax.vmap(one, in_axes=(0, None, None, *([0] * (len(self.arrays) + 2))))
         begin = time.perf_counter()
-        self.compiled = jax.jit(rows, compiler_options=options()).lower(*asked).compile()
+        asked = (guesses(ROWS), self._numbers(WIDE), jnp.ones(2, jnp.float32), *rows(ROWS), *at_ends)
+        self.compiled = jax.jit(every, compiler_options=options()).lower(*asked).compile()
         self.compile_seconds = time.perf_counter() - begin
+        self.at_ends: list[NDArray] = []
 
-        def cost(inner: jax.Array, *arrays: jax.Array) -> jax.Array:
-            start, goal, center, half, radius, *rotation = arrays
-            nothing = jnp.zeros((0, 3), jnp.float32)  # the cost of a guess asks for no gaps
-            at = Problem(start, goal, RoundedBoxes(center, half, radius, *rotation), (nothing, nothing))
-            return guess_cost(model, jax.tree.map(jnp.float32, WIDE), at, inner, DRAWN_SAMPLES, jnp.float32(FIRST))
-
-        inner = jnp.zeros((DRAWN, CONTROL - 2, model.arm.chain.size), jnp.float32)
-        drawn = (inner, *(x[np.zeros(DRAWN, int)] for x in self.arrays))
-        self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(*drawn).compile()
+    def measure_ends(self) -> None:
+        """Computes the gaps at the ends of all problems."""
+        found = []
+        for begin in range(0, len(self.arrays[0]), DRAWN):
+            rows = np.minimum(np.arange(begin, begin + DRAWN), len(self.arrays[0]) - 1)
+            found.append(self.ends(*(x[rows] for x in self.arrays)))
+        self.at_ends = [np.concatenate([np.asarray(x) for x in part]) for part in zip(*found, strict=True)]
 
     @staticmethod
     def _numbers(params: ShortestParams) -> ShortestParams:
@@ -114,24 +134,50 @@ class Program:
         if len(inner) == count * len(which):
             return inner
         each = len(inner) // len(which)
-        owner, found = np.repeat(which, each), []
-        for begin in range(0, len(inner), DRAWN):
+        owner = np.repeat(which, each)
+
+        def some(begin: int) -> NDArray:
             rows = np.resize(np.arange(begin, min(begin + DRAWN, len(inner))), DRAWN)
-            found.append(np.asarray(self.costs(np.float32(inner[rows]), *(x[owner[rows]] for x in self.arrays))))
+            return np.asarray(self.costs(np.float32(inner[rows]), *(x[owner[rows]] for x in self.arrays)))
+
+        found = [some(begin) for begin in range(0, len(inner), DRAWN)]
         cost = np.concatenate(found)[: len(inner)].reshape(len(which), each)
         chosen = np.argsort(cost, axis=1)[:, :count] + each * np.arange(len(which))[:, None]
         return inner[chosen.reshape(-1)]
 
-    def __call__(self, which: NDArray, inner: NDArray, params: ShortestParams, first: float) -> list[NDArray]:
-        """Control points, path, length, least gap, and most that a gap misses what is asked for, of every row."""
-        found = []
-        numbers = self._numbers(params)
-        for begin in range(0, len(which), ROWS):
+    def __call__(self, which: NDArray, inner: NDArray, params: ShortestParams, shares: tuple[float, float]) -> "Found":
+        """What some steps make of every row, with the stiffness going from one share to another."""
+        numbers, between = self._numbers(params), np.asarray(shares, np.float32)
+
+        def some(begin: int) -> list[NDArray]:
             rows = np.resize(np.arange(begin, min(begin + ROWS, len(which))), ROWS)
-            inputs = (x[which[rows]] for x in self.arrays)
-            result = self.compiled(np.float32(inner[rows]), numbers, jnp.float32(first), *inputs)
-            found.append([np.asarray(x)[: min(ROWS, len(which) - begin)] for x in result])
-        return [np.concatenate(part) for part in zip(*found, strict=True)]
+            inputs = (x[which[rows]] for x in (*self.arrays, *self.at_ends))
+            return [np.asarray(x) for x in self.compiled(np.float32(inner[rows]), numbers, between, *inputs)]
+
+        results = [some(begin) for begin in range(0, len(which), ROWS)]
+        parts = [np.concatenate(part)[: len(which)] for part in zip(*results, strict=True)]
+        return Found(np.asarray(which), *parts)
+
+
+class Found(NamedTuple):
+    """Rows of problems and paths."""
+
+    which: NDArray
+    """(row) problem"""
+    inner: NDArray
+    """(row inner joint) control points [rad]"""
+    paths: NDArray
+    """(row configuration joint) [rad]"""
+    length: NDArray
+    """(row) [rad]"""
+    gap: NDArray
+    """(row) least of all gaps [m]"""
+    missed: NDArray
+    """(row) most that a gap misses what is asked for [m]"""
+
+    def of(self, rows: NDArray) -> "Found":
+        """Some rows."""
+        return Found(*(x[rows] for x in self))
 
 
 def guesses_for(problems: Problems, k: int, number: int, low: NDArray, high: NDArray) -> NDArray:
@@ -163,46 +209,51 @@ class Solver:
         self.program = Program(model, problems)
         self.solved.compile_seconds = self.program.compile_seconds
 
-    def _accept(
-        self, stage: int, which: NDArray, inner: NDArray, paths: NDArray, length: NDArray, gap: NDArray
-    ) -> None:
+    def _accept(self, stage: int, found: Found) -> None:
         """Takes the shortest free path of each problem; paths are checked in order of their length, until one is free."""
-        left = {int(k): [] for k in which}
-        for row in np.argsort(length):
-            k = int(which[row])
+        left: dict[int, list[int]] = {int(k): [] for k in found.which}
+        for row in np.argsort(found.length):
+            k = int(found.which[row])
             old = self.solved.paths[k]
             if (
-                gap[row] > -0.004
-                and np.isfinite(paths[row]).all()
-                and (old is None or length[row] < joint_length(old) - 1e-4)
+                found.gap[row] > -0.004
+                and np.isfinite(found.paths[row]).all()
+                and (old is None or found.length[row] < joint_length(old) - 1e-4)
             ):
-                left[k].append(row)
+                left[k].append(int(row))
         while rows := [queue.pop(0) for queue in left.values() if queue]:
-            free = self.checker.free(self.problems, which[rows], [np.asarray(paths[row], float) for row in rows])
-            for row, ok in zip(rows, free, strict=True):
+            paths = [np.asarray(found.paths[row], float) for row in rows]
+            free = self.checker.free(self.problems, found.which[rows], paths)
+            for row, path, ok in zip(rows, paths, free, strict=True):
                 if ok:
-                    k = int(which[row])
+                    k = int(found.which[row])
                     left[k] = []
-                    self.solved.paths[k], self.best[k] = np.asarray(paths[row], float), inner[row]
+                    self.solved.paths[k], self.best[k] = path, found.inner[row]
                     if self.solved.stage[k] < 0:
                         self.solved.stage[k] = stage
 
     def optimise(self, stage: int, which: NDArray, inner: NDArray) -> None:
-        """Optimises guesses, and takes what is free."""
-        inner, paths, length, gap, missed = self.program(which, inner, WIDE, FIRST)
-        self._accept(stage, which, inner, paths, length, gap)
-        near = (missed < HOPELESS) & np.array([self.solved.stage[k] < 0 for k in which])
-        if near.any():
-            which = which[near]
-            inner, paths, length, gap, missed = self.program(which, inner[near], WIDE, 1.0)
-            self._accept(stage, which, inner, paths, length, gap)
+        """Optimises guesses, and takes what is free; what is far from that is given up on the way."""
+        for shares, checked in SCHEDULE:
+            found = self.program(which, inner, WIDE, shares)
+            if checked:
+                self._accept(stage, found)
+            going = found.missed < (HOPELESS if checked else HOPELESS_FIRST)
+            if checked:
+                going &= np.array([self.solved.stage[k] < 0 for k in which], bool)
+            which, inner = which[going], found.inner[going]
+            if not len(which):
+                return
 
     def tighten(self, stage: int, which: Sequence[int]) -> None:
         """Shortens accepted paths, nearer to the obstacles."""
         rows = np.array([k for k in which if k in self.best], int)
         if len(rows):
-            found = self.program(rows, np.stack([self.best[k] for k in rows]), TIGHT, 1.0)
-            self._accept(stage, rows, *found[:4])
+            inner = np.stack([self.best[k] for k in rows])
+            found = self.program(rows, inner, TIGHT, (1.0, 1.0))
+            for _ in range(TIGHTENED - 1):
+                found = self.program(rows, found.inner, TIGHT, (1.0, 1.0))
+            self._accept(stage, found)
 
     def _wanted(self, number: int) -> NDArray:
         """Problems that a round is for."""
@@ -222,6 +273,7 @@ class Solver:
         for k in np.flatnonzero(self.checker.free(problems, np.arange(len(problems)), straight)):
             solved.paths[k], solved.stage[k] = straight[k], 0
         every = np.arange(len(problems))
+        self.program.measure_ends()
         self.possible = self.checker.configurations_free(problems, every, problems.start)
         self.possible &= self.checker.configurations_free(problems, every, problems.goal)
         low, high = self.model.arm.q_min, self.model.arm.q_max

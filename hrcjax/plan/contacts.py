@@ -6,14 +6,12 @@ Configurations are the last axis of every array. A gap changes with joint j by n
 
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from hrcjax.numerics import computed
 from hrcjax.plan.link_model import LinkModel
-from hrcjax.plan.rounded_boxes import RoundedBoxes, nearest_obstacles
-from hrcjax.robot.kinematics import link_frames
+from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance, nearest_obstacles
 from hrcjax.typing import Array, Float
 
 SURFACES = 2
@@ -21,7 +19,7 @@ SURFACES = 2
 
 
 class Frames(NamedTuple):
-    """Where the links are."""
+    """Where the joints' frames are: those that turn with their links."""
 
     R: Float[Array, "joint 3 3 sample"]
     p: Float[Array, "joint 3 sample"]
@@ -37,36 +35,47 @@ class Contacts(NamedTuple):
 
 
 def frames_along(model: LinkModel, q: Float[Array, "sample joint"]) -> Frames:
-    """The links' frames in some configurations."""
-    return Frames(*computed(jax.vmap(lambda q: link_frames(model.arm.chain, q), out_axes=-1)(q)))
+    """The joints' frames in some configurations.
+
+    With whole matrices, where `link_frames` writes out their entries: a compiler takes a tenth of the time for them.
+    """
+    chain, dtype = model.arm.chain, q.dtype
+    cos, sin = jnp.cos(q.T)[:, None], jnp.sin(q.T)[:, None]
+    x, y, z = (jnp.asarray(chain.rotation[:, :, k, None], dtype) for k in range(3))
+    turned = computed(
+        jnp.stack(
+            [cos * x + sin * y, cos * y - sin * x, jnp.broadcast_to(z, (*cos.shape[:1], 3, cos.shape[2]))], axis=2
+        )
+    )
+    pos = jnp.asarray(chain.pos, dtype)
+    R, p = [turned[0]], [jnp.broadcast_to(pos[0, :, None], (3, q.shape[0]))]
+    for i in range(1, chain.size):
+        before = R[-1]
+        p.append(jnp.asarray(p[-1] + sum(before[:, k] * pos[i, k] for k in range(3))))
+        R.append(computed(jnp.asarray(sum(before[:, k, None] * turned[i, None, k] for k in range(3)))))
+    return Frames(*computed((jnp.stack(R), jnp.stack(p))))
 
 
-def _placed(frames: Frames, link: int, at: np.ndarray) -> list[Array]:
-    """The three coordinates of points of a link in the world, each (point sample)."""
-    there = jnp.asarray(at, frames.p.dtype)
+def _placed(model: LinkModel, frames: Frames, link: int, at: np.ndarray) -> Float[Array, "3 point sample"]:
+    """Points of a link in the world, from its own frame."""
+    dtype, samples = frames.p.dtype, frames.p.shape[-1]
     if link < 0:
-        samples = frames.p.shape[-1]
-        return [jnp.broadcast_to(there[:, k, None], (there.shape[0], samples)) for k in range(3)]
+        return jnp.broadcast_to(jnp.asarray(at.T[:, :, None], dtype), (3, len(at), samples))
+    chain = model.arm.chain
+    there = jnp.asarray(chain.link_pos[link] + at @ chain.link_rotation[link].T, dtype)
     R, p = frames.R[link], frames.p[link]
-    return [p[k] + sum(R[k, m] * there[:, m, None] for m in range(3)) for k in range(3)]
+    return p[:, None] + sum(R[:, m, None] * there[:, m, None] for m in range(3))
 
 
 def sphere_centers(model: LinkModel, frames: Frames) -> list[Float[Array, "sphere sample"]]:
     """The three coordinates of the spheres' centres [m]."""
-    parts = [_placed(frames, link, centers) for link, centers, _ in model.spheres]
-    return [jnp.concatenate([part[k] for part in parts]) for k in range(3)]
+    x = computed(jnp.concatenate([_placed(model, frames, link, at) for link, at, _ in model.spheres], axis=1))
+    return list(x)
 
 
-def _lines(model: LinkModel, frames: Frames) -> tuple[list[Array], list[Array]]:
+def _lines(frames: Frames) -> tuple[list[Array], list[Array]]:
     """The joints' axes, and their moments o x z, by coordinates (joint sample)."""
-    chain = model.arm.chain
-    axis = np.einsum("jkm,k->jm", chain.link_rotation, np.array([0.0, 0.0, 1.0]))
-    origin = -np.einsum("jkm,jk->jm", chain.link_rotation, chain.link_pos)
-    z, o = [], []
-    for k in range(3):
-        z.append(sum(frames.R[:, k, m] * jnp.asarray(axis[:, m, None], frames.p.dtype) for m in range(3)))
-        turned = sum(frames.R[:, k, m] * jnp.asarray(origin[:, m, None], frames.p.dtype) for m in range(3))
-        o.append(frames.p[:, k] + turned)
+    z, o = ([x[:, k] for k in range(3)] for x in (frames.R[:, :, 2], frames.p))
     return z, _cross(o, z)
 
 
@@ -90,8 +99,7 @@ def obstacle_gaps(
     places = [jnp.concatenate([c] * count) for c in x]
     links = np.tile(model.sphere_links, count)
     if model.floor is not None:
-        high = model.sphere_links > 0
-        begin = int(np.argmax(high))  # spheres are sorted by link
+        begin = model.above_floor
         over = x[2][begin:] - radii[begin:, None] - jnp.asarray(model.floor, x[0].dtype)
         flat = jnp.zeros_like(over)
         gaps = jnp.concatenate([gaps, over])
@@ -101,25 +109,47 @@ def obstacle_gaps(
     return gaps, normals, places, links
 
 
+def least_gaps(
+    model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedBoxes
+) -> tuple[Float[Array, "place sample"], Float[Array, "pair sample"]]:
+    """Gaps without slopes: of every sphere from the nearest obstacle, then of those above the floor from it; and of pairs."""
+    frames = frames_along(model, q)
+    x = sphere_centers(model, frames)
+    radii = jnp.asarray(model.radii, x[0].dtype)[:, None]
+    gaps = least_distance(solids, x) - radii
+    if model.floor is not None:
+        begin = model.above_floor
+        gaps = jnp.concatenate([gaps, x[2][begin:] - radii[begin:] - jnp.asarray(model.floor, x[0].dtype)])
+    return gaps, pair_gaps(model, frames)[0]
+
+
 def pair_gaps(model: LinkModel, frames: Frames) -> tuple[Float[Array, "pair sample"], list[Array], list[Array]]:
     """Gaps between pairs of capsules, the direction from the first to the second, and the nearest point of the second's
-    axis."""
+    axis; of an arm of many spheres only the nearest pair of every two links."""
     arm = model.arm
-    ends = []
-    for k, link in enumerate(arm.capsule_links):
-        placed = _placed(frames, link, np.stack([arm.capsule_a[k], arm.capsule_b[k]]))
-        ends.append([jnp.stack([c[side] for c in placed]) for side in range(2)])
+    if not model.pairs:
+        nothing = jnp.zeros((0, frames.p.shape[-1]), frames.p.dtype)
+        return nothing, [nothing] * 3, [nothing] * 3
+    placed = [
+        _placed(model, frames, link, np.stack([arm.capsule_a[k], arm.capsule_b[k]]))
+        for k, link in enumerate(arm.capsule_links)
+    ]
     first, second = (list(side) for side in zip(*model.pairs, strict=True))
-    a, b = (jnp.stack([ends[k][side] for k in first]) for side in range(2))
-    c, d = (jnp.stack([ends[k][side] for k in second]) for side in range(2))
-    a, b, c, d = computed((a, b, c, d))
-    u, v, w = ([(y - x)[:, k] for k in range(3)] for x, y in ((a, b), (c, d), (c, a)))
+    ends = [jnp.stack([placed[k][:, side] for k in which], axis=1) for which in (first, second) for side in range(2)]
+    a, b, c, d = computed(ends)
+    u, v, w = (list(y - x) for x, y in ((a, b), (c, d), (c, a)))
     s, t = _nearest_places(u, v, w)
     apart = [t * v[k] - w[k] - s * u[k] for k in range(3)]
     length = jnp.sqrt(_dot(apart, apart) + 1e-12)
     radii = jnp.asarray(arm.capsule_radii[first] + arm.capsule_radii[second], length.dtype)
-    normal = [e / length for e in apart]
-    return length - radii[:, None], normal, [c[:, k] + t * v[k] for k in range(3)]
+    found = [length - radii[:, None], *[e / length for e in apart], *[c[k] + t * v[k] for k in range(3)]]
+    if model.pair_rows is not None:
+        every, picked = jnp.stack(computed(found)), []
+        for rows in model.pair_rows:
+            mine = every[:, rows]
+            picked.append(jnp.take_along_axis(mine, jnp.argmin(mine[0], axis=0)[None, None], axis=1)[:, 0])
+        found = list(jnp.stack(picked, axis=1))
+    return found[0], found[1:4], found[4:]
 
 
 def _nearest_places(u: list[Array], v: list[Array], w: list[Array]) -> tuple[Array, Array]:
@@ -140,7 +170,7 @@ def _nearest_places(u: list[Array], v: list[Array], w: list[Array]) -> tuple[Arr
 def contacts(model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedBoxes) -> tuple[Contacts, Contacts]:
     """The arm's gaps to obstacles and floor, and those between its own links, in some configurations."""
     frames = frames_along(model, q)
-    z, moment = computed(_lines(model, frames))
+    z, moment = computed(_lines(frames))
     joints = np.arange(model.arm.chain.size)
 
     def slope(normal: list[Array], place: list[Array], moved: np.ndarray) -> Array:
@@ -151,6 +181,6 @@ def contacts(model: LinkModel, q: Float[Array, "sample joint"], solids: RoundedB
     gap, normal, place, links = obstacle_gaps(model, frames, solids)
     near = Contacts(*computed((gap, slope(normal, place, joints <= links[:, None]))))
     gap, normal, place = pair_gaps(model, frames)
-    before, behind = (np.asarray([model.arm.capsule_links[pair[side]] for pair in model.pairs]) for side in range(2))
+    before, behind = model.pair_links.T
     between = (joints > before[:, None]) & (joints <= behind[:, None])
     return near, Contacts(*computed((gap, slope(normal, place, between))))

@@ -4,8 +4,8 @@ A sphere is such a box of no extent, an upright capsule one of no width. One for
 choice between kinds would compute each of them.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -14,9 +14,14 @@ from hrcjax.geom.segment import FAR
 from hrcjax.numerics import computed
 from hrcjax.typing import Array, Float, Int
 
-_OFFSET = 16.0
-"""Makes all distances positive, so that their bits are ordered as they are [m]."""
-_INDEX_BITS = 5
+_OFFSET = 2.0
+"""Makes distances positive, so that their bits are ordered as they are; points deeper inside than that count as equally deep [m]."""
+_INDEX_BITS = 10
+"""Most lowest bits of a distance that carry the number of its obstacle: with all of them the order is that of distances to
+0.3 mm at a surface."""
+_UNROLLED = 32
+"""Up to as many obstacles a program holds the distance to each of them; beyond, it has a loop."""
+_State = TypeVar("_State")
 
 
 class RoundedBoxes(NamedTuple):
@@ -63,25 +68,34 @@ def _signed(local: list[Array], half: list[Array]) -> tuple[Array, list[Array], 
     return jnp.sqrt(square) + jnp.minimum(deepest, 0), beyond, out
 
 
-def surface_distances(solids: RoundedBoxes, x: list[Float[Array, "*points"]]) -> list[Float[Array, "*points"]]:
-    """Signed distance of points to every obstacle, FAR where it is absent [m].
+def surface_distance(
+    solids: RoundedBoxes, box: Int[Array, ""] | int, x: list[Float[Array, "*points"]]
+) -> Float[Array, "*points"]:
+    """Signed distance of points to one obstacle, FAR where it is absent [m].
 
     Args:
         x: the three coordinates of the points [m].
     """
-    found = []
-    for box in range(solids.center.shape[0]):
-        distance = _signed(_local(solids, box, x), [solids.half[box, k] for k in range(3)])[0] - solids.radius[box]
-        found.append(jnp.where(solids.radius[box] < 0, jnp.asarray(FAR, distance.dtype), distance))
-    return found
+    distance = _signed(_local(solids, box, x), [solids.half[box, k] for k in range(3)])[0] - solids.radius[box]
+    return jnp.where(solids.radius[box] < 0, jnp.asarray(FAR, distance.dtype), distance)
+
+
+def _over_boxes(count: int, step: Callable[[Int[Array, ""] | int, _State], _State], state: _State) -> _State:
+    """What some steps, one for each obstacle, make of a state."""
+    if count > _UNROLLED:
+        return jax.lax.fori_loop(0, count, step, state)
+    for box in range(count):
+        state = step(box, state)
+    return state
 
 
 def least_distance(solids: RoundedBoxes, x: list[Float[Array, "*points"]]) -> Float[Array, "*points"]:
     """Signed distance of points to the nearest obstacle; FAR at most [m]."""
-    least = jnp.full_like(x[0], FAR)
-    for distance in surface_distances(solids, x):
-        least = jnp.minimum(least, distance)
-    return least
+
+    def nearer(box: Int[Array, ""] | int, least: Array) -> Array:
+        return jnp.minimum(least, surface_distance(solids, box, x))
+
+    return _over_boxes(solids.center.shape[0], nearer, jnp.full_like(x[0], FAR))
 
 
 def nearest_obstacles(solids: RoundedBoxes, x: list[Float[Array, "point sample"]], count: int) -> Nearest:
@@ -94,25 +108,31 @@ def nearest_obstacles(solids: RoundedBoxes, x: list[Float[Array, "point sample"]
         x: the three coordinates of the points [m].
         count: how many for each point.
 
-    Raises: ValueError if there are more obstacles than the lowest bits can number, 32.
+    Raises: ValueError if there are more obstacles than the lowest bits can number, 1024.
     """
     boxes = solids.center.shape[0]
     if boxes > 1 << _INDEX_BITS:
         raise ValueError(f"{boxes} obstacles; accepted are at most {1 << _INDEX_BITS}")
-    mask = jnp.int32((1 << _INDEX_BITS) - 1)
-    keys = []
-    for box, distance in enumerate(surface_distances(solids, x)):
-        bits = jax.lax.bitcast_convert_type(distance.astype(jnp.float32) + jnp.float32(_OFFSET), jnp.int32)
-        keys.append((bits & ~mask) | jnp.int32(box))
-    best = [jnp.full(x[0].shape, jnp.iinfo(jnp.int32).max, jnp.int32)] * count
-    for key in keys:
-        for place in range(count):
-            best[place], key = jnp.minimum(best[place], key), jnp.maximum(best[place], key)
+    mask = jnp.int32((1 << max(boxes - 1, 1).bit_length()) - 1)
+    nothing = jnp.iinfo(jnp.int32).max
+
+    def ranked(box: Int[Array, ""] | int, best: list[Array]) -> list[Array]:
+        shifted = jnp.maximum(surface_distance(solids, box, x).astype(jnp.float32) + jnp.float32(_OFFSET), 0)
+        key = (jax.lax.bitcast_convert_type(shifted, jnp.int32) & ~mask) | jnp.asarray(box, jnp.int32)
+        ordered = []
+        for old in best:
+            ordered.append(jnp.minimum(old, key))
+            key = jnp.maximum(old, key)
+        return ordered
+
+    best = _over_boxes(boxes, ranked, [jnp.full(x[0].shape, nothing, jnp.int32)] * count)
     best = computed(jnp.stack(best))
     chosen = jnp.minimum(best & mask, boxes - 1)
-    there = best < jnp.iinfo(jnp.int32).max
+    there = best < nothing
 
     def of(values: Float[Array, "box"]) -> Array:
+        if boxes > _UNROLLED:
+            return values[chosen]
         picked = jnp.zeros(chosen.shape, values.dtype)
         for box in range(boxes):
             picked = jnp.where(chosen == box, values[box], picked)

@@ -10,14 +10,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.geom.segment import FAR
 from hrcjax.numerics import computed
 from hrcjax.plan.arm_optimise import Inner, damped_solve, no_longer
-from hrcjax.plan.contacts import SURFACES, Contacts, contacts, frames_along, pair_gaps, sphere_centers
+from hrcjax.plan.contacts import SURFACES, contacts, least_gaps
 from hrcjax.plan.hinge import hinge
 from hrcjax.plan.joint_spline import spline_matrix
 from hrcjax.plan.link_model import LinkModel
-from hrcjax.plan.rounded_boxes import RoundedBoxes, least_distance
+from hrcjax.plan.rounded_boxes import RoundedBoxes
 from hrcjax.typing import Array, Float, Joints, Scalar
+
+_AT_ONCE = 8
+"""Contacts that are summed in one turn of a loop."""
 
 
 class ShortestParams(NamedTuple):
@@ -51,42 +55,28 @@ class Problem(NamedTuple):
     start: Joints
     goal: Joints
     solids: RoundedBoxes
-    asked: tuple[Float[Array, "contact 3"], Float[Array, "pair 3"]]
-    """For contacts with obstacles and for pairs: the gap asked for away from the ends, and those at start and goal [m]."""
+    ends: tuple[Float[Array, "place two"], Float[Array, "pair two"]]
+    """Gaps at start and goal, as `least_gaps` has them [m]."""
 
 
-def problem(model: LinkModel, params: ShortestParams, start: Joints, goal: Joints, solids: RoundedBoxes) -> Problem:
+def problem(model: LinkModel, start: Joints, goal: Joints, solids: RoundedBoxes) -> Problem:
     """A problem with the gaps at its ends."""
-    near, pairs = contacts(model, jnp.stack([start, goal]), solids)
-    # a sphere may be nearest to other obstacles at the ends: the least of all that it sees is what it may keep
-    asked = []
-    for ends, gap in ((_least_of_sphere(near.gap, len(model.radii)), params.gap), (pairs.gap, params.self_gap)):
-        asked.append(jnp.concatenate([jnp.full((ends.shape[0], 1), gap, ends.dtype), ends - params.margin], axis=1))
-    return Problem(start, goal, solids, (asked[0], asked[1]))
+    return Problem(start, goal, solids, least_gaps(model, jnp.stack([start, goal]), solids))
 
 
-def _least_of_sphere(gap: Float[Array, "contact two"], spheres: int) -> Float[Array, "contact two"]:
-    """For every contact the least gap of its sphere among those with obstacles."""
-    count = SURFACES
-    least = jnp.min(gap[: count * spheres].reshape(count, spheres, -1), axis=0)
-    return jnp.concatenate([jnp.tile(least, (count, 1)), gap[count * spheres :]])
-
-
-def _allowed(asked: Float[Array, "contact 3"], from_start: Array, from_goal: Array, opening: Scalar) -> Array:
-    """The gap asked for along the path [m]."""
-    rising = asked[:, 1, None] + opening * from_start
-    falling = asked[:, 2, None] + opening * from_goal
-    return jnp.minimum(asked[:, :1], jnp.minimum(rising, falling))
-
-
-def _spares(params: ShortestParams, at: Problem, found: tuple[Contacts, Contacts], q: Array) -> list[Array]:
-    """What every contact has beyond the gap asked for [m]."""
+def _asked(
+    params: ShortestParams, at: Problem, q: Float[Array, "sample joint"]
+) -> tuple[Float[Array, "place sample"], Float[Array, "pair sample"]]:
+    """The gaps asked for along the path [m]: where less is free at an end, it opens from there."""
     steps = jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1))
     along = jnp.concatenate([jnp.zeros(1, q.dtype), jnp.cumsum(steps)])
-    return [
-        c.gap - _allowed(asked, along, along[-1] - along, params.opening)
-        for c, asked in zip(found, at.asked, strict=True)
-    ]
+    opened = params.opening * along - params.margin, params.opening * (along[-1] - along) - params.margin
+
+    def allowed(gap: Scalar, ends: Float[Array, "place two"]) -> Array:
+        opening = jnp.minimum(ends[:, :1] + opened[0], ends[:, 1:] + opened[1])
+        return jnp.minimum(jnp.asarray(gap, q.dtype), opening)
+
+    return allowed(params.gap, at.ends[0]), allowed(params.self_gap, at.ends[1])
 
 
 def configurations(at: Problem, inner: Inner, count: int) -> Float[Array, "sample joint"]:
@@ -109,13 +99,11 @@ class Quality(NamedTuple):
 def quality(model: LinkModel, params: ShortestParams, at: Problem, inner: Inner, samples: int) -> Quality:
     """Length and gaps of a path."""
     q = configurations(at, inner, samples)
-    found = contacts(model, q, at.solids)
-    length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1)))
-    spares = _spares(params, at, found, q)
+    gaps, asked = least_gaps(model, q, at.solids), _asked(params, at, q)
     return Quality(
-        length,
-        jnp.minimum(jnp.min(found[0].gap), jnp.min(found[1].gap)),
-        -jnp.minimum(jnp.min(spares[0]), jnp.min(spares[1])),
+        jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1))),
+        jnp.minimum(jnp.min(gaps[0]), jnp.min(gaps[1], initial=FAR)),
+        jnp.maximum(jnp.max(asked[0] - gaps[0]), jnp.max(asked[1] - gaps[1], initial=-FAR)),
     )
 
 
@@ -135,7 +123,11 @@ def shortest_step(
     S = jnp.asarray(whole[:, 1:-1], dtype)
     q = configurations(at, inner, samples)
     found = contacts(model, q, at.solids)
-    spares = _spares(params, at, found, q)
+    near, pairs = _asked(params, at, q)
+    spheres = len(model.radii)
+    # every obstacle of a sphere may come as near as the nearest one is at the ends
+    near = jnp.concatenate([near[:spheres]] * SURFACES + [near[spheres:]])
+    spares = [found[0].gap - near, found[1].gap - pairs]
     weight = stiffness / samples
 
     pushes, helds = [], []
@@ -143,20 +135,17 @@ def shortest_step(
         _, push, held = hinge(spare - params.margin)
         pushes.append(push)
         helds.append(held)
-    push, held = computed((weight * jnp.concatenate(pushes), weight * jnp.concatenate(helds)))
+    push, held = computed((jnp.asarray(weight * jnp.concatenate(pushes)), jnp.asarray(weight * jnp.concatenate(helds))))
     slope = computed(jnp.concatenate([c.slope for c in found]))
-    by_q = -jnp.sum(push[:, None] * slope, axis=0)  # (joint sample)
-    stiff = computed(held[:, None] * slope)
-    upper = [(i, j) for i in range(n) for j in range(i, n)]
-    bent = {pair: jnp.sum(stiff[:, pair[0]] * slope[:, pair[1]], axis=0) for pair in upper}
+    by_q, bent = computed(_summed(slope, push, held))
 
     low, high = jnp.asarray(model.arm.q_min, dtype), jnp.asarray(model.arm.q_max, dtype)
     lever = jnp.asarray(params.lever, dtype)
     _, below, below_held = hinge(lever * (q - low).T - params.margin)
     _, above, above_held = hinge(lever * (high - q).T - params.margin)
     by_q = by_q + weight * lever * (above - below)
-    for j in range(n):
-        bent[j, j] = bent[j, j] + weight * lever * lever * (above_held + below_held)[j]
+    ranged = weight * lever * lever * (above_held + below_held)
+    bent = bent + jnp.eye(n, dtype=dtype)[:, :, None] * ranged
 
     # length and bending energy, of equal steps
     D = np.diff(whole, axis=0)
@@ -172,20 +161,35 @@ def shortest_step(
     gradient = (stretched * first_square + b * second_square) @ control + (by_q @ S).T
 
     tight = a * first_square[:, 1:-1] + b * second_square[:, 1:-1]
-    products = np.array([whole[:, 1 + i] * whole[:, 1 + j] for i in range(count) for j in range(i, count)]).T
-    both = computed(jnp.stack([bent[pair] for pair in upper]) @ jnp.asarray(products, dtype))
-    blocks = both[np.ix_(_square(n).reshape(-1), _square(count).reshape(-1))].reshape(n, n, count, count)
+    products = (whole[:, 1:-1, None] * whole[:, None, 1:-1]).reshape(samples, count * count)
+    blocks = (bent.reshape(n * n, samples) @ jnp.asarray(products, dtype)).reshape(n, n, count, count)
     blocks = blocks + jnp.eye(n, dtype=dtype)[:, :, None, None] * tight
     matrix = blocks.transpose(2, 0, 3, 1).reshape(count * n, count * n)
     return damped_solve(matrix, gradient, params.damping)
 
 
-def _square(n: int) -> np.ndarray:
-    """(n n) where the entries of a symmetric matrix are among those of its upper triangle, row by row."""
-    place = np.zeros((n, n), int)
-    rows, columns = np.triu_indices(n)
-    place[rows, columns] = place[columns, rows] = np.arange(len(rows))
-    return place
+def _summed(
+    slope: Float[Array, "contact joint sample"],
+    push: Float[Array, "contact sample"],
+    held: Float[Array, "contact sample"],
+) -> tuple[Float[Array, "joint sample"], Float[Array, "joint joint sample"]]:
+    """Gradient and Gauss-Newton matrix of every sample by its joints: minus the slopes by push, and their squares by held.
+
+    A loop over some contacts at a time: as sums over all of them a CPU takes four times as long.
+    """
+    contact, n, samples = slope.shape
+    short = -contact % _AT_ONCE
+    slope, push, held = (jnp.pad(x, ((0, short), *[(0, 0)] * (x.ndim - 1))) for x in (slope, push, held))
+
+    def add(k: Array, sums: tuple[Array, Array]) -> tuple[Array, Array]:
+        by_q, bent = sums
+        some = (jax.lax.dynamic_slice_in_dim(x, k * _AT_ONCE, _AT_ONCE) for x in (slope, push, held))
+        for s, p, h in zip(*some, strict=True):
+            by_q, bent = by_q - p * s, bent + (h * s)[:, None] * s
+        return by_q, bent
+
+    zero = jnp.zeros((n, samples), slope.dtype), jnp.zeros((n, n, samples), slope.dtype)
+    return jax.lax.fori_loop(0, (contact + short) // _AT_ONCE, add, zero)
 
 
 def shortened(
@@ -224,13 +228,7 @@ def guess_cost(
         share: of the stiffness [1].
     """
     q = configurations(at, inner, samples)
-    frames = frames_along(model, q)
-    x = sphere_centers(model, frames)
-    free = least_distance(at.solids, x) - jnp.asarray(model.radii, q.dtype)[:, None]
-    if model.floor is not None:
-        over = x[2] - jnp.asarray(model.radii + model.floor, q.dtype)[:, None]
-        free = jnp.where(jnp.asarray(model.sphere_links > 0)[:, None], jnp.minimum(free, over), free)
-    missed = jnp.sum(jnp.maximum(params.gap - free, 0) ** 2)
-    missed = missed + jnp.sum(jnp.maximum(params.self_gap - pair_gaps(model, frames)[0], 0) ** 2)
+    near, pairs = least_gaps(model, q, at.solids)
+    missed = jnp.sum(jnp.maximum(params.gap - near, 0) ** 2) + jnp.sum(jnp.maximum(params.self_gap - pairs, 0) ** 2)
     length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(q, axis=0) ** 2, axis=1)))
     return length + share * params.penalty / (2 * samples) * missed

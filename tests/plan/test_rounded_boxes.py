@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from hrcjax.geom.segment import FAR
@@ -54,7 +55,24 @@ def test_distances_and_normals_are_those_of_each_box():
     assert (np.asarray(every).min(axis=1) < 0).any()
 
 
+def test_many_obstacles_are_those_of_a_tree():
+    """300 balls, as a cloud of points: SciPy's nearest two."""
+    rng = np.random.default_rng(3)
+    center, points = rng.uniform(-0.8, 0.8, (300, 3)), rng.uniform(-0.9, 0.9, (500, 3))
+    balls = RoundedBoxes(jnp.asarray(center, jnp.float32), jnp.zeros((300, 3), jnp.float32), jnp.full(300, 0.02))
+    x = [jnp.asarray(points[:, k, None], jnp.float32) for k in range(3)]
+    far, index = KDTree(center).query(points, 2)
+    found = jax.jit(lambda solids: nearest_obstacles(solids, x, 2))(balls)
+    clear = far[:, 1] - far[:, 0] > 5e-4
+    assert clear.sum() > 450
+    np.testing.assert_allclose(np.asarray(found.distance)[..., 0].T, far - 0.02, atol=5e-4)
+    away = (points[:, None] - center[index]) / far[..., None]
+    normal = np.stack([np.asarray(n)[..., 0].T for n in found.normal], axis=-1)
+    np.testing.assert_allclose(normal[clear, 0], away[clear, 0], atol=2e-4)
+    np.testing.assert_allclose(np.asarray(least_distance(balls, x))[:, 0], far[:, 0] - 0.02, atol=1e-5)
+
+
 def test_more_obstacles_than_can_be_numbered_are_refused() -> None:
-    many = RoundedBoxes(jnp.zeros((33, 3)), jnp.ones((33, 3)), jnp.zeros(33))
-    with pytest.raises(ValueError, match="at most 32"):
+    many = RoundedBoxes(jnp.zeros((1025, 3)), jnp.ones((1025, 3)), jnp.zeros(1025))
+    with pytest.raises(ValueError, match="at most 1024"):
         nearest_obstacles(many, [jnp.zeros((1, 1))] * 3, 1)

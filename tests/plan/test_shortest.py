@@ -25,7 +25,7 @@ def box_in_the_way():
 
 @jax.jit
 def solve(start, goal, inner, solids):
-    at = problem(MODEL, PARAMS, start, goal, solids)
+    at = problem(MODEL, start, goal, solids)
     found = shortened(MODEL, PARAMS, at, inner, 64, 16, 0.03)
     costs = [guess_cost(MODEL, PARAMS, at, x, 32, jnp.float32(1.0)) for x in (inner, found)]
     return found, quality(MODEL, PARAMS, at, inner, 129), quality(MODEL, PARAMS, at, found, 129), jnp.stack(costs)
