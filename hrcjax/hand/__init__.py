@@ -28,9 +28,23 @@ from hrcjax.hand.landmarks import (
     POINTING,
     WRIST,
 )
+from hrcjax.hand.pointing import (
+    Line,
+    Pointed,
+    PointingParams,
+    PointingState,
+    held_line,
+    held_points,
+    initial_pointing,
+    pointed_place,
+    spread,
+    update_pointing,
+)
 
 __all__ = [
     "BONES", "CLOSED", "COMMANDS", "FINGERS", "GESTURES", "GO", "HOME", "LANDMARKS", "NONE", "NO_COMMAND", "OPEN", "PALM",
-    "POINT", "POINTING", "STOP", "WRIST", "Classifier", "CommandParams", "CommandRule", "CommandState", "calibration_error",
-    "extended_fingers", "frame_votes", "initial_commands", "pair_distances", "rule_gesture", "update_commands",
+    "POINT", "POINTING", "STOP", "WRIST", "Classifier", "CommandParams", "CommandRule", "CommandState", "Line", "Pointed",
+    "PointingParams", "PointingState", "calibration_error", "extended_fingers", "frame_votes", "held_line", "held_points",
+    "initial_commands", "initial_pointing", "pair_distances", "pointed_place", "rule_gesture", "spread", "update_commands",
+    "update_pointing",
 ]  # fmt: skip
