@@ -23,9 +23,7 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 _cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla-tests"
 jax.config.update("jax_compilation_cache_dir", str(_cache))
-jax.config.update(
-    "jax_persistent_cache_min_compile_time_secs", 0
-)  # loading takes half the time even of single operations
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
