@@ -12,8 +12,10 @@ import pytest
 from experiments.plan_benchmark import arm
 from experiments.plan_benchmark.checker import STEP, Checker, dense
 from experiments.plan_benchmark.config import PlanBenchmarkConfig, parse
+from experiments.plan_benchmark.families import family
 from experiments.plan_benchmark.page import page
-from experiments.plan_benchmark.problems import Problems, joint_length, read_problems, thin_arm
+from experiments.plan_benchmark.peers import Validity
+from experiments.plan_benchmark.problems import TIGHT, Problems, joined, joint_length, read_problems, thin_arm
 from experiments.plan_benchmark.rows import holds, problem_rows
 from experiments.plan_benchmark.run import run
 from experiments.plan_benchmark.solve import Solved
@@ -46,8 +48,8 @@ def test_check_agrees_with_mujoco():
     center, half = rng.uniform([-0.6, -0.6, 0.2], [0.6, 0.6, 0.9], (4, 3)), rng.uniform(0.03, 0.2, (4, 3))
     _agrees_with_mujoco(center, half, rng.uniform(-2, 2, (60, 6)))
     beside = ARM.capsule_radii[1] + 0.04
-    for gap in (-0.01, 0.01):  # the shoulder's capsule stands on the axis: what touches it does so in every posture
-        center[0], half[0], center[1:] = [beside + gap, 0, 0.09], 0.04, 5.0
+    for gap in (-0.01, 0.01):  # behind the shoulder, whose capsule begins on the axis and leads to the other side
+        center[0], half[0], center[1:] = [0, beside + gap, 0.05], 0.04, 5.0
         free = _agrees_with_mujoco(center, half, HOME + rng.uniform(-0.3, 0.3, (20, 6)))
         assert free.any() == (gap > 0)
 
@@ -95,6 +97,18 @@ def _agrees_with_mujoco(center, half, q):
     np.testing.assert_array_equal(mine[clear], (floor_and_self & (truth > 0))[clear])
     assert floor_and_self.mean() > 0.05
     return mine
+
+
+def test_problems_of_other_families_and_mujocos_collisions():
+    """Ends are free by C MuJoCo's collisions too, which agree with the exact check among turned beams, balls and capsules."""
+    made = joined([family(name, 1, 0, ARM, _checker()) for name in ("cage", "table")])
+    q = np.random.default_rng(1).uniform(-2, 2, (150, 6))
+    for k in range(2):
+        valid = Validity(ARM, TIGHT, made, k)
+        assert valid(made.start[k]) and valid(made.goal[k])
+        mine = _checker().configurations_free(made, np.full(len(q), k), q)
+        np.testing.assert_array_equal(mine, [valid(x) for x in q])
+        assert 0.1 < mine.mean() < 0.9
 
 
 def test_rows_on_results_made_by_hand():
