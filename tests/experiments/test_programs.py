@@ -12,7 +12,20 @@ import pytest
 from experiments.__main__ import main, programs
 
 ROOT = Path(__file__).parents[2]
-NAMES = ["avoidance", "benchmark", "figures", "grasp", "hri", "interact", "map", "reproduce", "safety", "sensing", "sweep", "tune"]
+NAMES = [
+    "avoidance",
+    "benchmark",
+    "figures",
+    "grasp",
+    "hri",
+    "interact",
+    "map",
+    "reproduce",
+    "safety",
+    "sensing",
+    "sweep",
+    "tune",
+]
 
 
 def test_every_folder_with_a_main_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
