@@ -7,6 +7,7 @@ from hrcjax.safety.contact_mass import ContactMobility, link_neighbours
 from hrcjax.safety.governed import approach_rows, governed, has_direction, unit_direction
 from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
 from hrcjax.safety.least_change import APPROACH_TOLERANCE, UNLIMITED, least_change
+from hrcjax.safety.by_now import nearest_by_now
 from hrcjax.safety.monitor import (
     HEAD_NEAR,
     INVALID_FRAME,
@@ -62,7 +63,7 @@ __all__ = [
     "PflParams", "SafetyDecision", "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance",
     "allowed_speed", "approach_rows", "approach_speeds", "assumed_human_speed", "between_factor", "contact_mobility",
     "describe", "direction_sine", "effective_mass", "governed", "governor", "guard", "half_gaps", "has_direction", "initial_clock",
-    "initial_zone", "least_change", "link_neighbours", "monitor", "path_speed", "pfl_speed", "pfl_speeds", "protective_distance",
+    "initial_zone", "least_change", "link_neighbours", "monitor", "nearest_by_now", "path_speed", "pfl_speed", "pfl_speeds", "protective_distance",
     "reduced_mass", "reduced_mass_of_mobility", "reflected_mass", "safe_distance", "separation_distance",
     "speed_scale", "steep_limit", "stop_length", "stopping_distance", "stopping_time", "surface_limit", "unit_direction",
     "update_zone", "worst_approach", "zone_at", "zone_speed", "zone_thresholds",

@@ -79,6 +79,7 @@ def monitor(
     pfl_speed: Scalar | Float[Array, "point"] | None = None,
     v_h: Scalar | None = None,
     guarded: Bool[Array, ""] | bool = False,
+    by_now: Float[Array, "point"] | None = None,
 ) -> tuple[ZoneState, SafetyDecision]:
     """One tick of the monitor, over the control points of the whole arm.
 
@@ -99,6 +100,7 @@ def monitor(
         v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
         guarded: whether somebody may be where no camera looks: the zone is yellow at best, and the speed that of red, the
             reduced speed.
+        by_now: distance whose v(d) bounds the speed of every point, see `nearest_by_now`; None: `d` [m].
     """
     nearest = jnp.min(d)  # NaN if any is
     old = ~(jnp.abs(jnp.asarray(age)) <= params.max_age)
@@ -119,7 +121,9 @@ def monitor(
         return zone_speed(params, state.zone, one, contact, person)
 
     of_points = pfl_speed is not None and jnp.ndim(pfl_speed) > 0
-    limit = jax.vmap(point_limit, in_axes=(0, 0 if of_points else None))(d, pfl_speed)
+    limit = jax.vmap(point_limit, in_axes=(0, 0 if of_points else None))(
+        d if by_now is None else by_now, pfl_speed
+    )  # fmt: skip
     share = retreat_share(params, state.zone, d)
     limit = (1.0 - share) * limit - share * params.zone.retreat_speed
     limit = jnp.minimum(limit, turned_away(params, state.zone, d))

@@ -35,6 +35,7 @@ from hrcjax.safety import (
     effective_mass,
     initial_zone,
     monitor,
+    nearest_by_now,
     pfl_speeds,
 )
 from hrcjax.sim.joints_along import joints_along
@@ -247,10 +248,14 @@ def separation_monitor(
     # S_p counts on data as old as the reaction time; what a person may move until older ones are used is taken off
     older = jnp.clip(separation.age + separation.dt - params.ssm.reaction_time, 0.0, params.max_age)
     d = separation.distance - params.ssm.v_h_near * older
+    by_now = d
+    if separation.nearest is not None:
+        nearest = separation.nearest - params.ssm.v_h_near * older
+        by_now = nearest_by_now(params, d, nearest, separation.age, separation.dt)
     slowest_contact = contact_speeds(params, separation).astype(d.dtype)
     return monitor(
         params, state, d, separation.approach, separation.age, separation.dt, valid=separation.valid, pfl_speed=slowest_contact,
-        guarded=separation.guarded,
+        guarded=separation.guarded, by_now=by_now,
     )  # fmt: skip
 
 

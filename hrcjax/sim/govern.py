@@ -72,6 +72,11 @@ class Rows(eqx.Module):
             distance.reshape(-1), reach.reshape(-1), share.reshape(-1), approach_rows(J, g), lost.reshape(-1), g, J
         )
 
+    def nearest(self) -> Float[Array, "row"]:
+        """Of every row, the distance of its control point to the nearest of its surfaces [m]."""
+        surfaces = self.g.shape[1]
+        return jnp.repeat(jnp.min(self.distance.reshape(-1, surfaces), axis=1), surfaces)
+
     def speeds(self, qd: Joints) -> Float[Array, "row"]:
         """Approach speed of every row; negative for a retreat [m/s]."""
         whole = jnp.repeat(safe_norm(computed(jnp.sum(self.J * qd, axis=-1))), self.g.shape[1])

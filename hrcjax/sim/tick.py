@@ -140,7 +140,9 @@ def tick(
     room, towards_people = computed(read_room(params, cell, sensed.fields, body))
     approach = computed(towards_people.speeds(qd))
     mobility = contact_mobility_rows(cell, q, tool, towards_people)
-    separation = Separation(towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility)
+    separation = Separation(
+        towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility, towards_people.nearest()
+    )  # fmt: skip
     memory, decision = computed(cell.safety.decide(params.safety, state.safety, separation))
     if decision.point_limit.shape != approach.shape:
         raise ValueError(

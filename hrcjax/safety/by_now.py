@@ -1,0 +1,24 @@
+"""Which surface of a person is the nearest changes between images: the others count as near as they may be by now."""
+
+import jax.numpy as jnp
+
+from hrcjax.safety.params import SafetyParams
+from hrcjax.typing import Array, Float, Scalar
+
+
+def nearest_by_now(
+    params: SafetyParams, d: Float[Array, "row"], nearest: Float[Array, "row"], age: Scalar, dt: Scalar
+) -> Float[Array, "row"]:
+    """The distance by which the speed towards a surface is limited [m].
+
+    A point keeps the limit of its nearest surface towards every surface that may be as near by the time the next image is used: an arm
+    beside the nearer trunk, at up to `v_h_near`. Farther ones count with the way that remains.
+
+    Args:
+        d: distance of a control point to one of its surfaces [m].
+        nearest: to the nearest of these [m].
+        age: of the person data; infinite: there are none [s].
+        dt: time since the last tick [s].
+    """
+    moved = params.ssm.v_h_near * (jnp.clip(jnp.asarray(age), 0.0, params.max_age) + dt)
+    return jnp.maximum(jnp.minimum(d, nearest), d - moved)
