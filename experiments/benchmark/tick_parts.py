@@ -87,7 +87,9 @@ def _field(cell: Cell, setting: Setting, sensed: Sensed, v: Mapping[str, Any]) -
 def _safety(cell: Cell, setting: Setting, sensed: Sensed, v: Mapping[str, Any]) -> Values:
     people = v["people"]
     approach = people.speeds(v["qd"])
-    separation = Separation(people.distance, approach, sensed.age, sensed.valid, sensed.guarded, cell.dt)
+    separation = Separation(
+        people.distance, approach, sensed.age, sensed.valid, sensed.guarded, cell.dt, nearest=people.nearest()
+    )
     memory, decision = cell.safety.decide(setting.params.safety, v["memory"], separation)
     top = decision.speed_limit if decision.any_limit is None else decision.any_limit
     unread = ~all_finite(

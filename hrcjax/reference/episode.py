@@ -151,7 +151,7 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
             old + dt - params.safety.ssm.reaction_time, 0.0, params.safety.max_age
         )  # what S_p does not count on
         nearer = people.distance - params.safety.ssm.v_h_near * since
-        zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded)
+        zone, decision = monitor(zone, nearer, approach, old, seen.known, guarded, separation.shape[1])
 
         travelled = clock.s
         room = Room(clearance, g_all, separation[:, 0], g_people[:, 0], d_stands - radii, unit_where_long(g_stands))

@@ -106,7 +106,7 @@ class Monitor:
         return Zone(tight if tight >= state.zone else candidate)
 
     def __call__(
-        self, state: Zone, d: NDArray, approach: NDArray, age: float, valid: bool, guarded: bool
+        self, state: Zone, d: NDArray, approach: NDArray, age: float, valid: bool, guarded: bool, surfaces: int
     ) -> tuple[Zone, Decision]:
         """Zone and limits of this tick.
 
@@ -116,6 +116,7 @@ class Monitor:
             age: of the person data [s].
             valid: whether the map of the scene exceeded no capacity.
             guarded: whether somebody may be where no camera looks: yellow and the red speed at best.
+            surfaces: rows of each control point.
         """
         params = self.params
         finite = bool(np.isfinite(d).all() and np.isfinite(approach).all())
@@ -131,7 +132,10 @@ class Monitor:
             gain = params.zone.stop_acceleration * self.dt
         if hold:
             return state, Decision(np.zeros_like(d), hold, any_limit, aside, params.zone.widest, gain)
-        limit = np.minimum(allowed_speeds(params.ssm, d), params.zone.nominal_speed)
+        # any surface may be the nearest by now
+        moved = params.ssm.v_h_near * (min(max(age, 0.0), params.max_age) + self.dt)
+        by_now = np.maximum(d.reshape(-1, surfaces).min(axis=1).repeat(surfaces), d - moved)
+        limit = np.minimum(allowed_speeds(params.ssm, by_now), params.zone.nominal_speed)
         if state.zone == STOP:
             limit = np.minimum(limit, min(params.zone.red_speed, self.contact))
             ends = self.stop + params.zone.hysteresis + BEYOND_STOP

@@ -1,13 +1,13 @@
 """Speed and separation, power and force, zones, and the clock of a path. Research software, not safety-rated."""
 
 from hrcjax.safety.between import between_factor, half_gaps
+from hrcjax.safety.by_now import nearest_by_now
 from hrcjax.safety.clock import ClockState, advance, initial_clock, stop_length
 from hrcjax.safety.cone import direction_sine, steep_limit, worst_approach
 from hrcjax.safety.contact_mass import ContactMobility, link_neighbours
 from hrcjax.safety.governed import approach_rows, governed, has_direction, unit_direction
 from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
 from hrcjax.safety.least_change import APPROACH_TOLERANCE, UNLIMITED, least_change
-from hrcjax.safety.by_now import nearest_by_now
 from hrcjax.safety.monitor import (
     HEAD_NEAR,
     INVALID_FRAME,

@@ -44,8 +44,9 @@ class ZoneParams(eqx.Module):
     them is seen 5 degrees off at 0.36 m, and a point that slides by at the red speed approaches at 0.25 * 0.03 / 0.36 [m/s]."""
     aside: float = 0.03
     """How far a person may be beside where an image shows them, when it is taken: directions in red and in a stop are proof against it [m]."""
-    across_speed: float = 0.5
-    """Speed across that is assumed of a person in red and in a stop besides, since the image was taken; our choice [m/s]."""
+    across_speed: float = 1.0
+    """Speed across that is assumed of a person in red and in a stop besides, since the image was taken: half of
+    `SsmParams.v_h_near`; our choice [m/s]."""
     widest: float = 0.707
     """Sine of the largest angle by which a direction counts as off: at a touch every direction is open, and no motion would be
     a retreat; our choice, 45 degrees [1]."""
