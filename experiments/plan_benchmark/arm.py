@@ -17,13 +17,15 @@ from .others import family_rows, peer_rows
 from .peers import installed
 from .problems import TIGHT, read_problems, thin_arm
 from .rows import Rows, problem_rows, row
+from .side_by_side import process_count, solve_side_by_side
 from .solve import solve_all
 from .speed import alone_ms, robotica_speed
 
 INFLATION = 0.005
 """Of the arm's spheres in the problems [m]."""
 DECIDING = (
-    "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "solve.py", "speed.py",
+    "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "side_by_side.py",
+    "solve.py", "speed.py",
 )  # fmt: skip
 """Files that decide the rows, beside the library."""
 
@@ -32,14 +34,17 @@ def _say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _problems(path: Path, count: int, peers: int) -> Rows:
+def _problems(path: Path, count: int, peers: int, processes: int) -> Rows:
     problems = read_problems(path, count)
     arm = thin_arm()
     checker = Checker(arm)
     reference_free = checker.free(problems, range(len(problems)), problems.reference)
-    model = link_model(arm, INFLATION, floor=0.0, tight=TIGHT)
-    solved = solve_all(model, checker, problems, _say)
-    rows = problem_rows(problems, reference_free, solved)
+    side = process_count(processes, len(problems))
+    if side > 1:
+        solved = solve_side_by_side(problems, INFLATION, side)
+    else:
+        solved = solve_all(link_model(arm, INFLATION, floor=0.0, tight=TIGHT), checker, problems, _say)
+    rows = problem_rows(problems, reference_free, solved) | {"processes": row(side, "processes")}
     both = [(int(k), own) for k in np.flatnonzero(reference_free) if (own := solved.paths[k]) is not None]
     if both:
         there, paths = [k for k, _ in both], [own for _, own in both]
@@ -91,14 +96,14 @@ def _kept(
 
 
 def arm_rows(
-    store: RunStore, path: Path, count: int, settings: int, families: int = 0, peers: int = 0
+    store: RunStore, path: Path, count: int, settings: int, families: int = 0, peers: int = 0, processes: int = 0
 ) -> tuple[Rows, dict[str, Any]]:
     """Rows of the whole arm, and what they were measured on; without the file of problems those are left out."""
     rows: Rows = {}
     origin: dict[str, Any] = {}
     if path.exists():
-        asked = {"problems": file_digest(path), "count": count, "peers": peers}
-        rows, origin = _kept(store, "problems", asked, lambda: _problems(path, count, peers))
+        asked = {"problems": file_digest(path), "count": count, "peers": peers, "processes": processes}
+        rows, origin = _kept(store, "problems", asked, lambda: _problems(path, count, peers, processes))
     else:
         _say(f"no problems at {path}: their rows are left out; --problems FILE names another place")
     if families:

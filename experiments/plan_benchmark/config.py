@@ -65,6 +65,8 @@ class PlanBenchmarkConfig:
     """Problems to take, drawn evenly from the file. 0: all."""
     peers: int = 300
     """Problems, drawn evenly from those, that OMPL's RRTConnect and BFMT* solve too. 0: none."""
+    processes: int = 0
+    """Processes that solve the arm's problems side by side. 0: one for each core, of at least 32 problems each."""
     families: int = 30
     """Problems of each other family: shelves, tables, cages, spheres, turned boxes, points. 0: none."""
     settings: int = 128

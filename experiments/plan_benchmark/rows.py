@@ -53,6 +53,7 @@ DEFINITIONS = {
     "length_hard": "median of the same over problems whose straight line collides",
     "longer_share": "share of solved problems whose path is longer than the reference",
     "ms_amortised": "time per problem of optimisation and exact checks, without compiling and without roadmaps; all problems count",
+    "processes": "processes that solved the problems side by side",
     "ms_amortised_cpu": "the same in time of all cores, which other programs lengthen less",
     "ms_guided": "`ms_amortised` with the roadmaps",
     "solve_compile_s": "time to compile the program that takes longest to",

@@ -76,7 +76,13 @@ def measured(config: PlanBenchmarkConfig, planners: tuple[str, ...]) -> tuple[Ro
             print(printed(rows) + "\n")
         if config.space != "point":
             mine, origin = arm_rows(
-                store, config.problems, config.count, config.settings, config.families, config.peers
+                store,
+                config.problems,
+                config.count,
+                config.settings,
+                config.families,
+                config.peers,
+                config.processes,
             )
             if origin:
                 origins["arm"] = origin

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from experiments.plan_benchmark import arm
+from experiments.plan_benchmark import arm, side_by_side
 from experiments.plan_benchmark.checker import STEP, Checker, dense
 from experiments.plan_benchmark.config import PlanBenchmarkConfig, parse
 from experiments.plan_benchmark.families import family
@@ -127,24 +127,56 @@ def test_rows_on_results_made_by_hand():
     assert "(missed)" in page(problem_rows(both, np.array([True] * 3), solved))
 
 
+def test_results_of_processes_are_put_where_their_problems_are():
+    parts = side_by_side.parts_of(5, 2)
+    found = [Solved([np.full((2, 6), k) for k in part], part.copy(), seconds=1.0 + n, cpu_seconds=1.0, guided_seconds=2.0, compile_seconds=9.0 - n, log=["round"])
+             for n, part in enumerate(parts)]  # fmt: skip
+    whole = side_by_side.together(5, parts, found)
+    np.testing.assert_array_equal(whole.stage, np.arange(5))
+    assert [path[0, 0] for path in whole.paths] == list(range(5))
+    assert (whole.seconds, whole.cpu_seconds, whole.guided_seconds, whole.compile_seconds) == (2.0, 2.0, 2.0, 9.0)
+    assert whole.log == ["process 1: round", "process 2: round"]
+    assert side_by_side.process_count(7, 100) == 3 and side_by_side.process_count(2, 10) == 1
+
+
 @pytest.mark.slow
-def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path):
+def test_run_solves_a_blocked_problem_and_writes_rows(tmp_path, monkeypatch):
+    """Twice the same problem, by two processes, and a free one."""
     middle = jax.jit(lambda q: arm_capsules(ARM, q))(jnp.asarray(HOME + np.array([0.8, 0, 0, 0, 0, 0])))
     x, y, z = np.asarray(middle.b[-1], float)
     made = problems(((x, y, z / 2), (0.04, 0.04, z / 2)), ((5.0, 5, 5), (0.1, 0.1, 0.1)), turn=1.6)
     over = [HOME + np.array([turn, -0.7, 0, 0, 0, 0]) for turn in (0.0, 1.6)]
     path = np.stack([HOME, *over, made.goal[0]])
     file = tmp_path / "problems.npz"
-    np.savez(file, start=made.start, goal=made.goal, box_center=made.center, box_half_extents=made.half, n_boxes=made.boxes,
-             path=path, path_offset=np.array([0, len(path)]))  # fmt: skip
+    away = made.center + np.array([5.0, 5, 5])
+    arrays = {
+        "start": made.start,
+        "goal": made.goal,
+        "box_center": made.center,
+        "box_half_extents": made.half,
+        "n_boxes": made.boxes,
+    }
+    thrice = {name: np.concatenate([x] * 3) for name, x in arrays.items()} | {
+        "box_center": np.concatenate([made.center, away, made.center])
+    }
+    np.savez(file, **thrice, path=np.tile(path, (3, 1)), path_offset=len(path) * np.arange(4))
+    monkeypatch.setattr(side_by_side, "FEWEST", 1)
     out = tmp_path / "rows.json"
     config = PlanBenchmarkConfig(
-        space="arm", problems=file, settings=0, families=0, json=out, page=tmp_path / "page.md", out=tmp_path / "run"
+        space="arm",
+        problems=file,
+        settings=0,
+        families=0,
+        json=out,
+        page=tmp_path / "page.md",
+        out=tmp_path / "run",
+        peers=0,
+        processes=2,
     )
     assert run(config) == 0
     rows = json.loads(out.read_text())["plan_benchmark"]
-    assert rows["problems"]["value"] == rows["success"]["value"] == 1
-    assert rows["straight_share"]["value"] == 0 and 0.3 < rows["length_hard"]["value"] < 1
+    assert rows["problems"]["value"] == 3 and rows["success"]["value"] == 1 and rows["processes"]["value"] == 2
+    assert rows["straight_share"]["value"] == pytest.approx(1 / 3) and 0.3 < rows["length_hard"]["value"] < 1
     assert (tmp_path / "page.md").read_text().startswith("# The planners")
 
 

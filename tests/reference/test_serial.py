@@ -42,7 +42,7 @@ def cell():
     arm = with_tool(load_arm("ur5"), 0.12, 0.03)
     q_max = arm.q_max.copy()
     q_max[3] = arm.home[3] + 0.015
-    tight = dataclasses.replace(arm, tau_max=0.22 * arm.tau_max, q_max=q_max)
+    tight = dataclasses.replace(arm, tau_max=0.2 * arm.tau_max, q_max=q_max)
     return Cell(arm=tight, ticks=110, substeps=2)
 
 

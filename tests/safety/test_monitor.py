@@ -119,16 +119,16 @@ def test_the_stop_for_a_head_ends_for_all_points_at_once() -> None:
 
 
 def test_in_red_and_in_a_stop_the_person_may_be_elsewhere() -> None:
-    """3 cm, and 0.5 m/s since the image until the end of the tick; in a stop speed grows by 0.5 m/s^2."""
+    """3 cm, and 1 m/s since the image until the end of the tick; in a stop speed grows by 0.5 m/s^2."""
     _, free = decide()
     assert free.zone == GREEN and free.aside == 0 and free.gain >= 1e3
     for age in (0.0, 0.04, 0.1):
         _, near = decide(d=(0.2, 3.0), age=age)
-        np.testing.assert_allclose(near.aside, 0.03 + 0.5 * (age + DT), rtol=1e-6)
+        np.testing.assert_allclose(near.aside, 0.03 + 1.0 * (age + DT), rtol=1e-6)
         np.testing.assert_allclose(near.gain, 0.5 * DT, rtol=1e-6)
     _, red = decide(d=(0.4, 3.0), age=0.04)
     assert red.zone == RED and red.gain >= 1e3
-    np.testing.assert_allclose(red.aside, 0.03 + 0.5 * (0.04 + DT), rtol=1e-6)
+    np.testing.assert_allclose(red.aside, 0.03 + 1.0 * (0.04 + DT), rtol=1e-6)
     assert np.isfinite(decide(age=np.inf)[1].aside) and decide(age=np.inf)[1].hold
 
 
