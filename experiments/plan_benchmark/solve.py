@@ -48,6 +48,8 @@ AGAIN, AGAIN_ROUNDS = 1.25, 3
 TIGHT = ShortestParams(gap=0.006, self_gap=0.003, bending=3e-4)
 """Last steps, from a free path: nearer to the obstacles."""
 WIDE = ShortestParams()
+ROADMAPS = ((1000, False, 14), (2000, True, 14), (6000, True, 30), (20000, True, 30))
+"""Configurations drawn, whether the exact check judges them, and neighbours that each is joined to; until a line is found."""
 GUIDED = len(ROUNDS) + 1
 """Round of the guesses by a roadmap."""
 
@@ -305,13 +307,13 @@ class Solver:
         fit = fit_matrix(CONTROL, np.linspace(0, 1, SAMPLES))
         for k in left:
             start, goal = self.problems.start[k], self.problems.goal[k]
-            for samples, exact in ((1000, False), (2000, True), (6000, True)):
+            for samples, exact, neighbours in ROADMAPS:
 
                 def free(q: NDArray, k: int = k, exact: bool = exact) -> NDArray:
                     return self.checker.configurations_free(self.problems, np.full(len(q), k), q, exact)
 
                 rng = np.random.default_rng(samples)
-                if lines := roadmap_lines(start, goal, low, high, free, rng, samples):
+                if lines := roadmap_lines(start, goal, low, high, free, rng, samples, neighbours):
                     break
             if not lines:
                 continue
