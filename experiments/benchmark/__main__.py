@@ -28,7 +28,7 @@ from .about import ABOUT, about, load
 from .compare import comparison
 from .page import page
 
-SECTIONS = ("arm", "field", "grad", "horizon", "sweep", "loop", "map", "scale", "plan")
+SECTIONS = ("arm", "field", "grad", "horizon", "sweep", "loop", "tick", "map", "scale", "plan")
 WITHOUT = ("page", "compare")
 """What measures nothing."""
 
@@ -136,7 +136,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             """Measure speed as rates, and as ratios to peers measured in the same process.
 
             Args:
-                section: arm, field, grad, horizon, sweep, loop, map, scale, plan or all; page: write --page from the rows of --json without
+                section: arm, field, grad, horizon, sweep, loop, tick, map, scale, plan or all; page: write --page from the rows of --json without
                     measuring; compare: compare the rows of --json with those of --against without measuring.
                 json: Output file {section: {row: {value, unit}}}; other sections in it are kept. Section "about" holds machine,
                     versions and commit of each.

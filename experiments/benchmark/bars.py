@@ -22,6 +22,7 @@ BARS = {
         **{f"not_finite_{length}": ("<=", 0.0) for length in ("1_s", "10_s", "30_s")},
     },
     "sweep": {"ratio_to_serial": (">=", 15.0)},
+    "tick": {"p50_ms": ("<", 1.0), "p99_ms": ("<", 2.0), "command_p99_ms": ("<", 45.0), "refused": ("<=", 0.0)},
     "map": {
         "p95_ms": ("<", 33.0),
         "growth_ratio": ("<=", 1.25),

@@ -307,6 +307,7 @@ class Solver:
         fit = fit_matrix(CONTROL, np.linspace(0, 1, SAMPLES))
         for k in left:
             start, goal = self.problems.start[k], self.problems.goal[k]
+            lines: list[NDArray] = []
             for samples, exact, neighbours in ROADMAPS:
 
                 def free(q: NDArray, k: int = k, exact: bool = exact) -> NDArray:

@@ -22,7 +22,22 @@ from hrcjax.sense.health import (
 from hrcjax.sense.noise import NoiseParams
 
 __all__ = [
-    "FAULTS", "HEALTH_REASONS", "Camera", "Delivered", "FaultSchedule", "HealthParams", "HealthState", "NoiseParams",
-    "d435i", "deliver", "describe_health", "initial_health", "join_faults", "judge_image", "no_faults",
-    "one_fault", "render_depth", "silent",
+    "FAULTS",
+    "HEALTH_REASONS",
+    "Camera",
+    "Delivered",
+    "FaultSchedule",
+    "HealthParams",
+    "HealthState",
+    "NoiseParams",
+    "d435i",
+    "deliver",
+    "describe_health",
+    "initial_health",
+    "join_faults",
+    "judge_image",
+    "no_faults",
+    "one_fault",
+    "render_depth",
+    "silent",
 ]  # fmt: skip

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.geom.capsules import Capsules
 from hrcjax.robot import arm_capsules
 from hrcjax.sense.rig import exposures
 from hrcjax.sim.cell import Cell
@@ -125,8 +126,21 @@ def look(
         t: when it is taken [s].
     """
     arm = arm_capsules(cell.arm, q)
-    capacity = cell.moving_points * cell.people
     state, good = watch_image(cell.voxels, sense, known.survey, known.stage, state, camera, t, arm, key, cell.latency)
+    return state, keep(params, cell, known, sense, state, kept, arm, t, camera, good)
+
+
+def keep(
+    params: Params, cell: Cell, known: Surveyed, sense: SenseParams, state: Watch, kept: Kept, arm: Capsules, t: Float[Array, ""],
+    camera: Array, good: Bool[Array, ""],
+) -> Kept:  # fmt: skip
+    """The images kept after one that the cameras' state has taken: the field of the people in it is fitted.
+
+    Args:
+        arm: in the image.
+        good: whether it was not refused.
+    """
+    capacity = cell.moving_points * cell.people
     cloud, beyond, reasons, guarded = frame_of(cell.voxels, sense, known.survey, known.stage, state, arm, capacity)
     one = Frames(
         known.field, cloud, beyond, t, camera, good, reasons, guarded, known.survey.overflow, known.survey.map,
@@ -138,7 +152,7 @@ def look(
     def put(all_: Array, new: Array) -> Array:
         return all_.at[place].set(new)
 
-    return state, Kept(
+    return Kept(
         kept.static, jax.tree.map(put, kept.moving, moving), put(kept.stamp, t), put(kept.valid, good),
         put(kept.guarded, guarded), put(kept.faults, pack_cameras(reasons)), kept.count + 1,
     )  # fmt: skip

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.presence import Presence, PresenceParams, Track, VoxelLayout, initial_track, presence_cloud, update_track
-from hrcjax.sense import FaultSchedule, HealthState, deliver, judge_image
+from hrcjax.sense import Delivered, FaultSchedule, HealthState, deliver, judge_image
 from hrcjax.sense.camera import render_capsules, render_scene
 from hrcjax.sense.health import NO_IMAGE
 from hrcjax.sense.noise import measure
@@ -80,25 +80,54 @@ def watch_image(
         robot: the arm then, as its joint encoders tell.
         latency: usual time from exposure to use [s].
     """
-    dtype = stage.scene_depth.dtype
-    eye = jax.tree.map(lambda a: a[camera], stage.rig.cameras)
-    nothing = jnp.full((eye.height, eye.width), jnp.inf, dtype)
-    robot_depth = render_capsules(eye, robot, nothing)
-    person_depth = render_capsules(eye, person_at(stage.person, exposed), nothing)
-    behind = jnp.minimum(stage.scene_depth[camera], robot_depth)
     key, fault_key = jax.random.split(key)
-    depth = measure(jnp.minimum(behind, person_depth), eye, key, params.noise)
+    depth, shows = shown(params, stage, camera, exposed, robot, key)
+    got = deliver(stage.faults, camera, exposed, depth, shows, state.health.last[camera], fault_key)
+    return taken(voxels, params, survey, stage.rig, state, camera, exposed, got, robot, latency)
+
+
+def shown(
+    params: SenseParams,
+    stage: Stage,
+    camera: Int[Array, ""],
+    exposed: Float[Array, ""],
+    robot: Capsules,
+    key: PRNGKeyArray,
+) -> tuple[Float[Array, "height width"], Bool[Array, "height width"]]:
+    """What a camera measures [m], and which pixels show a person. Arguments as `watch_image`."""
+    eye = jax.tree.map(lambda a: a[camera], stage.rig.cameras)
+    nothing = jnp.full((eye.height, eye.width), jnp.inf, stage.scene_depth.dtype)
+    person_depth = render_capsules(eye, person_at(stage.person, exposed), nothing)
+    behind = jnp.minimum(stage.scene_depth[camera], render_capsules(eye, robot, nothing))
+    return measure(jnp.minimum(behind, person_depth), eye, key, params.noise), person_depth < behind
+
+
+def taken(
+    voxels: VoxelLayout,
+    params: SenseParams,
+    survey: Survey,
+    rig: Rig,
+    state: Watch,
+    camera: Int[Array, ""],
+    exposed: Float[Array, ""],
+    got: Delivered,
+    robot: Capsules,
+    latency: float,
+) -> tuple[Watch, Bool[Array, ""]]:
+    """The state after an image that a camera delivered, or did not, and whether it was good. Arguments as `watch_image`."""
+    dtype = got.depth.dtype
+    eye = jax.tree.map(lambda a: a[camera], rig.cameras)
+    robot_depth = render_capsules(eye, robot, jnp.full((eye.height, eye.width), jnp.inf, dtype))
     health = jax.tree.map(lambda a: a[camera], state.health)
-    got = deliver(stage.faults, camera, exposed, depth, person_depth < behind, health.last, fault_key)
     judged, reasons = judge_image(
         params.health, health, got.depth, got.stamp, exposed + latency + got.delay, jnp.asarray(False)
     )
-    period = periods(stage.rig, dtype)
+    period = periods(rig, dtype)
     reasons = jnp.where(got.arrives, reasons, NO_IMAGE)
     health = jax.tree.map(lambda new, old: jnp.where(got.arrives, new, old), judged, health)
     good = reasons == 0
     track = update_track(
-        voxels, params.presence, survey.empty, state.track, camera, stage.rig.cameras, period, exposed, good, got.depth,
+        voxels, params.presence, survey.empty, state.track, camera, rig.cameras, period, exposed, good, got.depth,
         robot_depth, crop_box(params, dtype),
     )  # fmt: skip
     after = Watch(

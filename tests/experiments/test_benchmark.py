@@ -52,7 +52,7 @@ def test_without_a_file_the_table_is_all(tmp_path: Path, monkeypatch: pytest.Mon
     [
         (
             ["legs"],
-            "no section 'legs'; accepted: arm, field, grad, horizon, sweep, loop, map, scale, plan, all, page, compare",
+            "no section 'legs'; accepted: arm, field, grad, horizon, sweep, loop, tick, map, scale, plan, all, page, compare",
         ),
         ([], "Missing from python -m experiments.benchmark"),
         (["arm", "--jsn", "x"], "Unrecognized options: --jsn, x; close: --json"),
