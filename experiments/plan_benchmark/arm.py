@@ -12,6 +12,7 @@ from hrcjax.lab.provenance import LOADED_CODE, file_digest, fingerprint
 from hrcjax.plan.link_model import link_model
 
 from .about import about, read, stored
+from .alone import seconds_alone
 from .checker import Checker
 from .others import family_rows, peer_rows
 from .peers import installed
@@ -24,7 +25,7 @@ from .speed import alone_ms, robotica_speed
 INFLATION = 0.005
 """Of the arm's spheres in the problems [m]."""
 DECIDING = (
-    "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "side_by_side.py",
+    "alone.py", "arm.py", "checker.py", "families.py", "others.py", "peers.py", "problems.py", "rows.py", "side_by_side.py",
     "solve.py", "speed.py",
 )  # fmt: skip
 """Files that decide the rows, beside the library."""
@@ -39,12 +40,15 @@ def _problems(path: Path, count: int, peers: int, processes: int) -> Rows:
     arm = thin_arm()
     checker = Checker(arm)
     reference_free = checker.free(problems, range(len(problems)), problems.reference)
+    model = link_model(arm, INFLATION, floor=0.0, tight=TIGHT)
     side = process_count(processes, len(problems))
-    if side > 1:
-        solved = solve_side_by_side(problems, INFLATION, side)
-    else:
-        solved = solve_all(link_model(arm, INFLATION, floor=0.0, tight=TIGHT), checker, problems, _say)
+    solved = solve_side_by_side(problems, INFLATION, side) if side > 1 else solve_all(model, checker, problems, _say)
     rows = problem_rows(problems, reference_free, solved) | {"processes": row(side, "processes")}
+    seconds, stages = seconds_alone(model, checker, problems)
+    rows["ms_alone"] = row(1e3 * np.median(seconds), "ms")
+    if (optimised := stages > 0).any():
+        rows["ms_alone_optimised"] = row(1e3 * np.median(seconds[optimised]), "ms")
+    rows["ms_alone_p95"] = row(1e3 * np.percentile(seconds, 95), "ms")
     both = [(int(k), own) for k in np.flatnonzero(reference_free) if (own := solved.paths[k]) is not None]
     if both:
         there, paths = [k for k, _ in both], [own for _, own in both]
@@ -69,7 +73,7 @@ def _speed(settings: int) -> Rows:
         "settings_per_s": row(speed["settings_per_s"], "1/s"),
         "compile_s": row(speed["compile_s"], "s"),
         "robotica_kept": row(speed["kept"], "1"),
-        "ms_alone": row(alone_ms(), "ms"),
+        "robotica_ms_alone": row(alone_ms(), "ms"),
     }
 
 

@@ -83,10 +83,10 @@ def options() -> dict[str, str | bool]:
 class Program:
     """The optimiser of some rows at once, compiled."""
 
-    def __init__(self, model: LinkModel, problems: Problems) -> None:
-        arrays = problems.start, problems.goal, problems.center, problems.half, problems.radius
-        self.arrays = [np.asarray(x, np.float32) for x in arrays]
-        self.arrays += [] if problems.rotation is None else [np.asarray(problems.rotation, np.float32)]
+    def __init__(self, model: LinkModel, problems: Problems, rows_at_once: int = ROWS) -> None:
+        self.rows_at_once = rows_at_once
+        self.arrays: list[NDArray] = []
+        self.give(problems)
 
         def rows(count: int) -> list[NDArray]:
             return [x[np.zeros(count, int)] for x in self.arrays]
@@ -111,13 +111,19 @@ class Program:
 
         self.ends = jax.jit(jax.vmap(ends), compiler_options=options()).lower(*rows(DRAWN)).compile()
         self.costs = jax.jit(jax.vmap(cost), compiler_options=options()).lower(guesses(DRAWN), *rows(DRAWN)).compile()
-        at_ends = [x[:ROWS] for x in self.ends(*rows(DRAWN))]
+        at_ends = [x[:rows_at_once] for x in self.ends(*rows(DRAWN))]
         every = jax.vmap(one, in_axes=(0, None, None, *([0] * (len(self.arrays) + 2))))
         begin = time.perf_counter()
-        asked = (guesses(ROWS), self._numbers(WIDE), jnp.ones(2, jnp.float32), *rows(ROWS), *at_ends)
+        asked = (guesses(rows_at_once), self._numbers(WIDE), jnp.ones(2, jnp.float32), *rows(rows_at_once), *at_ends)
         self.compiled = jax.jit(every, compiler_options=options()).lower(*asked).compile()
         self.compile_seconds = time.perf_counter() - begin
         self.at_ends: list[NDArray] = []
+
+    def give(self, problems: Problems) -> None:
+        """Other problems, of the shapes that the program was compiled for."""
+        arrays = problems.start, problems.goal, problems.center, problems.half, problems.radius
+        self.arrays = [np.asarray(x, np.float32) for x in arrays]
+        self.arrays += [] if problems.rotation is None else [np.asarray(problems.rotation, np.float32)]
 
     def measure_ends(self) -> None:
         """Computes the gaps at the ends of all problems."""
@@ -150,13 +156,14 @@ class Program:
     def __call__(self, which: NDArray, inner: NDArray, params: ShortestParams, shares: tuple[float, float]) -> "Found":
         """What some steps make of every row, with the stiffness going from one share to another."""
         numbers, between = self._numbers(params), np.asarray(shares, np.float32)
+        at_once = self.rows_at_once
 
         def some(begin: int) -> list[NDArray]:
-            rows = np.resize(np.arange(begin, min(begin + ROWS, len(which))), ROWS)
+            rows = np.resize(np.arange(begin, min(begin + at_once, len(which))), at_once)
             inputs = (x[which[rows]] for x in (*self.arrays, *self.at_ends))
             return [np.asarray(x) for x in self.compiled(np.float32(inner[rows]), numbers, between, *inputs)]
 
-        results = [some(begin) for begin in range(0, len(which), ROWS)]
+        results = [some(begin) for begin in range(0, len(which), at_once)]
         parts = [np.concatenate(part)[: len(which)] for part in zip(*results, strict=True)]
         return Found(np.asarray(which), *parts)
 
@@ -201,14 +208,25 @@ def guesses_for(problems: Problems, k: int, number: int, low: NDArray, high: NDA
 class Solver:
     """All problems, round by round."""
 
-    def __init__(self, model: LinkModel, checker: Checker, problems: Problems, progress: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        model: LinkModel,
+        checker: Checker,
+        problems: Problems,
+        progress: Callable[[str], None],
+        program: Program | None = None,
+    ) -> None:
+        """Args: program: compiled before for problems of these shapes; None: it is compiled, and the checker too."""
         self.model, self.checker, self.problems, self.progress = model, checker, problems, progress
         count = len(problems)
         self.solved = Solved([None] * count, np.full(count, -1))
         self.possible = np.ones(count, bool)
         self.best: dict[int, NDArray] = {}  # control points of the accepted paths
-        checker.warm(problems)
-        self.program = Program(model, problems)
+        if program is None:
+            checker.warm(problems)
+            program = Program(model, problems)
+        program.give(problems)
+        self.program = program
         self.solved.compile_seconds = self.program.compile_seconds
 
     def _accept(self, stage: int, found: Found) -> None:
