@@ -12,8 +12,11 @@ import jax.numpy as jnp
 import pytest
 
 import hrcjax  # noqa: F401  # sets the flags of XLA that it needs, before a test computes
+from hrcjax.numerics import compiler
 
-# Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own.
+# Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own; whoever compares a
+# run with that of a process of its own to the bit sets the level there too.
+compiler.LLVM_LEVEL = 0
 os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 " + os.environ.get(
     "XLA_FLAGS", ""
 )

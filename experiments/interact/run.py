@@ -79,7 +79,7 @@ def _stored(bench: Bench, name: str, person: str, seed: int) -> Mapping[str, Any
     truth = truth_of(bench.cell, bench.person(person, seed), found["q"])
     return found | {
         "separation_true": truth.separation, "tool_distance": truth.tool_distance, "hand_true": truth.hand,
-        "hand_radius": truth.hand_radius, "axis": truth.axis,
+        "hand_radius": truth.hand_radius, "axis": truth.axis, "fastest": truth.fastest,
     }  # fmt: skip
 
 

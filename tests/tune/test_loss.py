@@ -25,10 +25,12 @@ ROWS = 30
 @pytest.fixture(scope="session")
 def programs(cell: Cell):
     """Gradient, and values of many settings: each compiled once for both scenes."""
-    level_0 = unrolled_options() | {"xla_backend_optimization_level": "0"}  # runs once a scene: what counts is compiling
-    gradient = jax.jit(jax.grad(lambda params, world: episode_loss(params, cell, world)), compiler_options=level_0)
+    gradient = jax.jit(
+        jax.grad(lambda params, world: episode_loss(params, cell, world)), compiler_options=unrolled_options()
+    )
+    level_1 = unrolled_options() | {"xla_backend_optimization_level": "1"}  # hundreds of episodes: running counts
     values = jax.vmap(lambda params, world: episode_loss(params, cell, world), in_axes=(0, None))
-    return gradient, jax.jit(values, compiler_options=unrolled_options())
+    return gradient, jax.jit(values, compiler_options=level_1)
 
 
 def differences(params, names, moved, program, world, relative):
@@ -39,7 +41,9 @@ def differences(params, names, moved, program, world, relative):
     values = []
     for first in range(0, len(rows), ROWS):
         batch = {
-            name: jnp.asarray([value + sign * size.get(name, 0) * (name == row) for row, sign in rows[first : first + ROWS]])
+            name: jnp.asarray(
+                [value + sign * size.get(name, 0) * (name == row) for row, sign in rows[first : first + ROWS]]
+            )
             for name, value in names.items()
         }
         values.append(np.asarray(program(set_leaves(params, batch), world)))
