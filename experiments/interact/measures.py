@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from hrcjax.interact import GiveWayParams
 from hrcjax.safety import ZoneParams
 
 from .bench import POSE, VARIANTS, setting_of
@@ -23,6 +24,9 @@ MOVING = 0.05
 """Joint speed above which a contact is one of a moving arm [rad/s]."""
 AFTER = 1.0
 """What the end of a stop brings about is measured for so long [s]."""
+FREE = 8.0
+"""Where nobody has been in the way for the last so many seconds the task can have come to an end: back and on at the 0.25 m/s that hidden
+space may allow [s]."""
 TURNED = 0.03
 """Distance of the tool to an end of the task that counts as a turn [m]."""
 AT_LIMIT = 0.97
@@ -144,6 +148,7 @@ def give_way_measures(case: Case, ends: NDArray, dt: float) -> dict[str, float]:
     moving, standing = contacts(case)
     turns, resumed, goal = 0, 0, 1
     first = int(np.argmax(back)) if back.any() else len(back)
+    gone = back.any() and (case["person"][-round(FREE / dt) :] > GiveWayParams().leave).all()
     for tick, x in enumerate(case["tool"]):
         if np.linalg.norm(x - ends[goal]) < TURNED:
             turns, resumed, goal = turns + 1, resumed + (tick > first), 1 - goal
@@ -158,7 +163,7 @@ def give_way_measures(case: Case, ends: NDArray, dt: float) -> dict[str, float]:
         "released_step": float(step[after].max(initial=0.0)),
         "resumes": int((np.diff(back.astype(int), prepend=0) > 0).sum()),
         "turns": turns,
-        "done": float(resumed > 0) if back.any() else float("nan"),
+        "done": float(resumed > 0) if gone else float("nan"),
         "stopped": float((case["zone"] == 3).mean() * len(case["zone"]) * dt),
     }
 

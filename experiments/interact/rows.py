@@ -57,7 +57,7 @@ WORDS = {
     "resume_limited": "share of the ways back in which it has",
     "released_jump": "as resume_jump, within 1 s after the end of a stop of the safety layer, whatever the function does",
     "resumes": "resumes: ways back from the refuge",
-    "yield_done": "share of the runs with a way back in which the task came to an end after it",
+    "yield_done": "share of the runs with a way back and nobody in the way for the last 8 s in which the task came to an end after it",
     "yield_turns": "mean number of ends of the task that were reached in a run",
     "yield_stopped": "mean time that the safety layer stopped the arm",
     "keep_away_least": "least exact distance of the last link to the person, of all runs",

@@ -55,4 +55,4 @@ def keep_away(params: KeepAwayParams, memory: KeepingAway, seen: Seen, tool: Too
 
 def kept_from(params: KeepAwayParams, memory: KeepingAway, distance: Scalar) -> Float[Array, ""]:
     """The distance that the leaf is to keep now: the set one and what people will have come nearer the pose soon [m]."""
-    return distance + carried_on(params.nearing, memory.nearing)
+    return jnp.asarray(distance + carried_on(params.nearing, memory.nearing))
