@@ -19,8 +19,11 @@ class FollowParams(eqx.Module):
 
     track: TrackParams = TrackParams()
     """How the hand is found and followed."""
-    reference: ReferenceParams = ReferenceParams(leash=0.1, velocity_leash=0.3)
-    """How the goal comes up to it. The leash is long: the tool is to stay on a goal that turns."""
+    reference: ReferenceParams = ReferenceParams(
+        gain=8.0, velocity_gain=32.0, acceleration=2.0, leash=0.1, velocity_leash=0.3
+    )
+    """How the goal comes up to it: off by the error of the hand's velocity over `gain`. The leash is long: the tool is to stay on a goal
+    that turns."""
     distance: float = 0.9
     """From the hand's surface to the tool point [m]."""
     reach: float = 0.8
