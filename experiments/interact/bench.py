@@ -46,8 +46,9 @@ HOMES = {
 """Where the tool waits in each function: the start of the run, and the refuge [m]."""
 POSE = (-0.1, 0.45, 0.35)
 """What the tool holds where it keeps away [m]."""
-FOLLOWED = (-0.9, -0.44, 0.0)
-"""Way from a followed hand to the tool: beside the person, so that no other link comes nearer; its length does not count [1]."""
+FOLLOWED = (-0.85, -0.53, 0.0)
+"""Way from a followed hand to the tool: beside the person, so that no other link comes nearer, and within reach; its length does not
+count [1]."""
 OFFERED = (-0.4, -0.72, 0.57)
 """The same to a tool that hands over: before and above the hand, tool pointing down at it [1]."""
 OWN: dict[str, Callable[[Scene, int, float], Person]] = {"led_hand": led_hand, "held_out_hand": held_out_hand}

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from hrcjax.interact import GiveWayParams
+from hrcjax.interact import FollowParams, GiveWayParams
 from hrcjax.safety import ZoneParams
 
 from .bench import POSE, VARIANTS, setting_of
@@ -69,7 +69,7 @@ def hand_speed(case: Case, dt: float) -> NDArray:
 
 
 def follow_measures(name: str, case: Case, direction: NDArray, dt: float) -> dict[str, NDArray]:
-    """Errors of following, tick by tick [m]: at any speed of the hand, and at `SPEED`."""
+    """Errors of following, tick by tick [m]: at any speed of the hand, and at `SPEED`; and whether the place is beyond the tool's reach."""
     late = np.arange(len(case["tool"])) * dt >= SETTLED
     error, speed = errors(name, case, direction), hand_speed(case, dt)
     away = np.linalg.norm(case["tool"] - case["hand_true"], axis=1) - float(case["hand_radius"])
@@ -78,6 +78,7 @@ def follow_measures(name: str, case: Case, direction: NDArray, dt: float) -> dic
         "error": error[late],
         "fast": error[fast],
         "distance": np.abs(away - (VARIANTS[name].distance or 0.0))[late],
+        "beyond": (np.linalg.norm(wanted(name, case, direction), axis=1) > FollowParams().reach)[late],
     }
 
 

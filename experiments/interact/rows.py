@@ -40,6 +40,7 @@ WORDS = {
     "follow_error_fast_p50": "median over the ticks with a hand of 0.25 to 0.36 m/s",
     "follow_error_fast_p95": "95th percentile of the same",
     "follow_distance_p95": "95th percentile of the error of the distance alone",
+    "follow_beyond": "share of these ticks in which the place beside the hand is beyond the reach that the function allows, 0.8 m from the base",
     "follow_separation": "least exact distance of the arm to the person",
     "handover_error": "largest of all hands: mean distance of the tool from its place beside the true hand, over the last 1.5 s of the offer",
     "handover_error_p50": "median of the same over hands",
@@ -107,6 +108,7 @@ def follow_rows(name: str, cases: Sequence[Case], direction: NDArray, dt: float)
         for at in (50, 95):
             rows[f"{stem}_p{at}{end}"] = row(np.percentile(values, at) if len(values) else math.nan, "cm")
     rows[f"follow_distance_p95{end}"] = row(100 * np.percentile(np.concatenate([one["distance"] for one in found]), 95), "cm")  # fmt: skip
+    rows[f"follow_beyond{end}"] = row(np.concatenate([one["beyond"] for one in found]).mean())
     rows[f"follow_separation{end}"] = row(min(case["separation_true"].min() for case in cases), "m")
     return rows
 
