@@ -22,10 +22,9 @@ class GiveWayParams(eqx.Module):
     """Numbers of giving way; our choice."""
 
     reference: ReferenceParams = ReferenceParams(
-        gain=3.0, velocity_gain=12.0, speed=0.5, acceleration=0.7, leash=0.002, velocity_leash=0.005
+        gain=4.0, velocity_gain=16.0, speed=0.5, acceleration=1.0, leash=0.015, velocity_leash=0.03
     )
-    """How the goal moves where the tool could not follow. The leash is as short as the tool's lag behind a free goal: when the safety layer
-    lets go, the policy asks for 100 / s^2 of it and 20 / s of the velocity's, which is 1 m/s^2 with the goal's own acceleration."""
+    """How the goal moves where the tool could not follow."""
     pace: float = 1.0
     """Phase of the task in a second at full pace: to and fro takes 2 pi over this [1/s]."""
     enter: float = 0.35
