@@ -12,8 +12,11 @@ import jax.numpy as jnp
 import pytest
 
 import hrcjax  # noqa: F401  # sets the flags of XLA that it needs, before a test computes
+from hrcjax.numerics import compiler
 
-# Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own.
+# Most of the time of these tests is the compiler's: let it try less. Programs of the sweep carry options of their own; whoever compares a
+# run with that of a process of its own to the bit sets the level there too.
+compiler.LLVM_LEVEL = 0
 os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 " + os.environ.get(
     "XLA_FLAGS", ""
 )
@@ -22,6 +25,10 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 _cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcjax" / "xla-tests"
 jax.config.update("jax_compilation_cache_dir", str(_cache))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+
+# A program is traced as millions of objects, few of them in cycles: looking for these takes a third of the time of tracing. They are
+# looked for after a module instead (`forget_programs`).
+gc.disable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -19,9 +19,9 @@ from hrcjax.interact import (
     GiveWayParams,
     HandOverParams,
     InteractPolicyParams,
+    KeepAwayParams,
     KeepDistanceParams,
     MonitorParams,
-    ReferenceParams,
     interactive_policy,
 )
 from hrcjax.numerics import unrolled_options
@@ -46,8 +46,9 @@ HOMES = {
 """Where the tool waits in each function: the start of the run, and the refuge [m]."""
 POSE = (-0.1, 0.45, 0.35)
 """What the tool holds where it keeps away [m]."""
-FOLLOWED = (-0.9, -0.44, 0.0)
-"""Way from a followed hand to the tool: beside the person, so that no other link comes nearer; its length does not count [1]."""
+FOLLOWED = (-0.85, -0.53, 0.0)
+"""Way from a followed hand to the tool: beside the person, so that no other link comes nearer, and within reach; its length does not
+count [1]."""
 OFFERED = (-0.4, -0.72, 0.57)
 """The same to a tool that hands over: before and above the hand, tool pointing down at it [1]."""
 OWN: dict[str, Callable[[Scene, int, float], Person]] = {"led_hand": led_hand, "held_out_hand": held_out_hand}
@@ -72,8 +73,8 @@ class Variant(NamedTuple):
 VARIANTS: dict[str, Variant] = {
     "keep_away": Variant("keep_away", True, False, None, "the tool holds a pose and keeps 0.7 m from people"),
     "keep_away_off": Variant("keep_away", False, False, None, "the same without the distance leaf: collision leaf and safety layer alone"),
-    "follow": Variant("follow", True, False, 0.7, "the tool stays 0.7 m from a hand, under speed and separation"),
-    "follow_off": Variant("follow", False, False, 0.7, "the tool stays at home"),
+    "follow": Variant("follow", True, False, 0.9, "the tool stays 0.9 m from a hand, under speed and separation"),
+    "follow_off": Variant("follow", False, False, 0.9, "the tool stays at home"),
     "follow_close": Variant("follow", True, False, 0.45, "the same at 0.45 m, where speed and separation is in its red zone"),
     "follow_contact": Variant("follow", True, True, 0.25, "the same at 0.25 m, under power and force limiting"),
     "hand_over": Variant("hand_over", True, False, 0.45, "an offer at 0.45 m, under speed and separation"),
@@ -99,7 +100,7 @@ def setting_of(variant: Variant, scene: Scene) -> Setting:
         follow = eqx.tree_at(lambda p: p.distance, follow, variant.distance)
         offer = eqx.tree_at(lambda p: p.distance, offer, variant.distance)
     return Setting(
-        ReferenceParams(leash=0.015, velocity_leash=0.03), follow, offer, GiveWayParams(), place(HOMES[variant.function]), place(POSE),
+        KeepAwayParams(), follow, offer, GiveWayParams(), place(HOMES[variant.function]), place(POSE),
         place(OFFERED if variant.function == "hand_over" else FOLLOWED, 1.0), (scene.start, scene.goal), jnp.asarray(variant.on),
     )  # fmt: skip
 

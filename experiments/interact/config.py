@@ -46,6 +46,8 @@ class InteractConfig:
     """Number of hands that are followed, and of hands that are held out."""
     seconds: float = 10.0
     """Length of a run [s]."""
+    task_seconds: float = 16.0
+    """Length of a run of give_way: a person comes and goes, and the task comes to an end after that [s]."""
     quick: bool = False
     """One person or hand for each function, without variants that are only compared."""
     out: Path | None = None

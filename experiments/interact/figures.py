@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hrcjax.viz.style import BEST, OBSTACLE, PERSON, WORST, ZONE_COLOURS, ZONE_NAMES, new_figure, tidy
 
 from .bench import POSE, VARIANTS
-from .measures import Case, errors, resumes, wanted
+from .measures import Case, errors, limited, steps, wanted, way_back
 from .people import GIVES_UP
 
 AXES = ("x", "y", "z")
@@ -100,12 +100,9 @@ def give_way_figure(cases: Mapping[str, Mapping[str, Case]], person: str, dt: fl
     )
     for case, colour, text in ((off, OBSTACLE, "off"), (on, BEST, "on")):
         if case is not None:
-            a = np.linalg.norm(np.diff(case["tool"].astype(float), n=2, axis=0), axis=1) / dt**2
-            some = resumes(case, dt)[: len(a)]
-            right.plot(
-                times(case, dt)[: len(a)], np.maximum(a, 1e-3), color=colour, linewidth=0.7, label=f"{text}, all"
-            )
-            right.plot(times(case, dt)[: len(a)][some], np.maximum(a, 1e-3)[some], ".", color=colour, markersize=3, label=f"{text}, resume")  # fmt: skip
+            t, a, back = times(case, dt), steps(case, dt)[0] / dt, way_back(case) & ~limited(case)
+            right.plot(t, np.maximum(a, 1e-3), color=colour, linewidth=0.7, label=f"{text}, all")
+            right.plot(t[back], np.maximum(a, 1e-3)[back], ".", color=colour, markersize=3, label=f"{text}, way back")
     right.set(xlabel="t [s]", ylabel="acceleration of the tool [m/s²]", yscale="log")
     right.axhline(1.0, color=WORST, linewidth=1, linestyle="--")
     right.legend(fontsize=7, ncols=2, loc="upper left", bbox_to_anchor=(0, 1.2), frameon=False)

@@ -5,6 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from hrcjax.interact import FollowParams, GiveWayParams
+from hrcjax.safety import ZoneParams
+
 from .bench import POSE, VARIANTS, setting_of
 from .people import GIVES_UP, SPEED
 
@@ -20,9 +23,14 @@ HOLD = 1.5
 MOVING = 0.05
 """Joint speed above which a contact is one of a moving arm [rad/s]."""
 AFTER = 1.0
-"""A resume lasts so long after a stop or a wait has ended [s]."""
+"""What the end of a stop brings about is measured for so long [s]."""
+FREE = 8.0
+"""Where nobody has been in the way for the last so many seconds the task can have come to an end: back and on at the 0.25 m/s that hidden
+space may allow [s]."""
 TURNED = 0.03
 """Distance of the tool to an end of the task that counts as a turn [m]."""
+AT_LIMIT = 0.97
+"""Share of a limit of speed from which on the safety layer has the say [1]."""
 LIMIT, JERK = 1.0, 10.0
 """Largest acceleration [m/s^2] and jerk [m/s^3] of a reference that speeds up: those of the path clock (`ClockParams`)."""
 
@@ -61,7 +69,7 @@ def hand_speed(case: Case, dt: float) -> NDArray:
 
 
 def follow_measures(name: str, case: Case, direction: NDArray, dt: float) -> dict[str, NDArray]:
-    """Errors of following, tick by tick [m]: at any speed of the hand, and at `SPEED`."""
+    """Errors of following, tick by tick [m]: at any speed of the hand, and at `SPEED`; and whether the place is beyond the tool's reach."""
     late = np.arange(len(case["tool"])) * dt >= SETTLED
     error, speed = errors(name, case, direction), hand_speed(case, dt)
     away = np.linalg.norm(case["tool"] - case["hand_true"], axis=1) - float(case["hand_radius"])
@@ -70,6 +78,7 @@ def follow_measures(name: str, case: Case, direction: NDArray, dt: float) -> dic
         "error": error[late],
         "fast": error[fast],
         "distance": np.abs(away - (VARIANTS[name].distance or 0.0))[late],
+        "beyond": (np.linalg.norm(wanted(name, case, direction), axis=1) > FollowParams().reach)[late],
     }
 
 
@@ -93,41 +102,69 @@ def hand_over_measures(name: str, case: Case, direction: NDArray, dt: float) -> 
     }
 
 
-def resumes(case: Case, dt: float) -> NDArray:
-    """(tick) whether it belongs to a resume: the way back from the refuge, or `AFTER` from the end of a stop on"""
+def way_back(case: Case) -> NDArray:
+    """(tick) whether the tool is on its way back from the refuge, after it has been there for somebody; the start is none."""
+    rate = np.append(np.diff(case["active"]), 0.0)
+    return (rate < -1e-5) & np.maximum.accumulate(rate > 1e-4)
+
+
+def released(case: Case, dt: float) -> NDArray:
+    """(tick) whether a stop of the safety layer has ended within `AFTER`"""
     stopped = case["zone"] == 3
-    ends = np.flatnonzero(stopped[:-1] & ~stopped[1:])
     found = np.zeros(len(stopped), bool)
-    for tick in ends:
+    for tick in np.flatnonzero(stopped[:-1] & ~stopped[1:]):
         found[tick : tick + round(AFTER / dt)] = True
-    back = np.concatenate([np.diff(case["active"]) < -1e-4, [False]])
-    return found | (back & (np.arange(len(stopped)) * dt > 3.0))  # the start is no resume
+    return found & ~stopped
+
+
+def limited(case: Case) -> NDArray:
+    """(tick) whether the safety layer has the say, or had within two ticks, over which differences reach: it stops the arm, a control point
+    is as fast towards people as it may be, or as fast as the red zone and hidden space allow in any direction"""
+    red = ZoneParams().red_speed
+    slow = (case["zone"] == 2) | (case["speed_limit"] <= red * 1.001)
+    found = (case["zone"] == 3) | (case["approach"] >= AT_LIMIT * case["speed_limit"])
+    found |= slow & (case["fastest"] >= AT_LIMIT * red)
+    return np.convolve(found, np.ones(5), "same") > 0
+
+
+def steps(case: Case, dt: float) -> tuple[NDArray, NDArray]:
+    """(tick) change of the tool's velocity in a tick [m/s], and of its acceleration [m/s^2]"""
+    x = case["tool"].astype(float)
+    step, jump = np.zeros(len(x)), np.zeros(len(x))
+    step[1:-1] = np.linalg.norm(np.diff(x, n=2, axis=0), axis=1) / dt
+    jump[1:-2] = np.linalg.norm(np.diff(x, n=3, axis=0), axis=1) / dt**2
+    return step, jump
 
 
 def give_way_measures(case: Case, ends: NDArray, dt: float) -> dict[str, float]:
-    """Contacts, least separation [m], steps of the tool's velocity [m/s] and acceleration [m/s^2] in a tick at resumes, turns.
+    """Contacts, least separation [m], steps of the tool's velocity [m/s] and acceleration [m/s^2] in a tick on ways back from the refuge
+    and after stops, ends of the task that were reached, in all and after a way back.
 
     Args:
         ends: (2 3) of the task [m].
     """
-    v = np.diff(case["tool"].astype(float), axis=0) / dt
-    a = np.diff(v, axis=0) / dt
-    step = np.linalg.norm(a, axis=1) * dt
-    jump = np.linalg.norm(np.diff(a, axis=0), axis=1)
-    some = resumes(case, dt)
+    step, jump = steps(case, dt)
+    back, layer = way_back(case), limited(case)
+    own, braked, after = back & ~layer, back & layer, released(case, dt)
     moving, standing = contacts(case)
-    turns, goal = 0, 1
-    for x in case["tool"]:
+    turns, resumed, goal = 0, 0, 1
+    first = int(np.argmax(back)) if back.any() else len(back)
+    gone = back.any() and (case["person"][-round(FREE / dt) :] > GiveWayParams().leave).all()
+    for tick, x in enumerate(case["tool"]):
         if np.linalg.norm(x - ends[goal]) < TURNED:
-            turns, goal = turns + 1, 1 - goal
+            turns, resumed, goal = turns + 1, resumed + (tick > first), 1 - goal
     return {
         "contacts": moving,
         "contacts_standing": standing,
         "separation": float(case["separation_true"].min()),
-        "step": float(step[some[: len(step)]].max(initial=0.0)),
-        "jump": float(jump[some[: len(jump)]].max(initial=0.0)),
-        "resumes": int((np.diff(some.astype(int)) > 0).sum()),
+        "step": float(step[own].max(initial=0.0)),
+        "jump": float(jump[own].max(initial=0.0)),
+        "limited_step": float(step[braked].max(initial=0.0)),
+        "limited": float(braked.sum() / back.sum()) if back.any() else float("nan"),
+        "released_step": float(step[after].max(initial=0.0)),
+        "resumes": int((np.diff(back.astype(int), prepend=0) > 0).sum()),
         "turns": turns,
+        "done": float(resumed > 0) if gone else float("nan"),
         "stopped": float((case["zone"] == 3).mean() * len(case["zone"]) * dt),
     }
 

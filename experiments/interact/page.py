@@ -14,7 +14,7 @@ HEAD = """# Functions of an arm beside people
 Written by `python -m experiments.interact --recordings FOLDER --json FILE --page FILE`; do not edit. `--help` explains every option.
 
 Keep away, follow a hand, hand over, give way and resume: each a composition of the motion policy's leaves and a reference that never
-jumps (`hrcjax/interact`). {runs:.0f} episodes of {seconds:g} s, sensed by two depth cameras with noise and latency, with the arm where it is. The
+jumps (`hrcjax/interact`). {runs:.0f} episodes of {seconds:g} s, those of `give_way` of {task_seconds:g} s, sensed by two depth cameras with noise and latency, with the arm where it is. The
 hand is found in the sensed points; the exact shape of the person is for the measures alone. Every function is played beside itself switched
 off.
 
@@ -31,10 +31,11 @@ person, as sensed, which is some 4 to 10 cm less than the exact one):
 * nearer than **0.5 m** no point is faster than 0.25 m/s in any direction: a hand of 0.3 m/s cannot be followed there;
 * from **0.5 m** on the arm may come at 0.33 m/s, from 1.07 m on at 1 m/s.
 
-So following at 0.3 m/s needs some 0.7 m, and an offer is made at 0.45 m: the person reaches for it. To hand a thing over at 5 cm, the
-monitor must be power and force limiting (`hrcjax.interact.CONTACT_OR_SEPARATION`): towards people no point is faster than 0.14 m/s, the
-contact speed of the most sensitive region (the face), and no distance stops the arm. A hand that comes towards the arm is not avoided
-then. Which monitor a task may have is for its risk assessment to say; all this is research software.
+So following at 0.3 m/s needs some 0.9 m from the hand: other links and the rest of the person are nearer to each other than tool and
+hand. An offer is made at 0.45 m: the person reaches for it. To hand a thing over at 5 cm, the monitor must be power and force limiting
+(`hrcjax.interact.CONTACT_OR_SEPARATION`): towards people no point is faster than 0.14 m/s, the contact speed of the most sensitive region
+(the face), and no distance stops the arm. A hand that comes towards the arm is not avoided then. Which monitor a task may have is for its
+risk assessment to say; all this is research software.
 """
 
 
@@ -74,7 +75,12 @@ def page(
     Args:
         figures: their places from the page.
     """
-    text = HEAD.format(runs=rows["runs"]["value"], seconds=config.seconds, variants=variant_table(cases))
+    text = HEAD.format(
+        runs=rows["runs"]["value"],
+        seconds=config.seconds,
+        task_seconds=config.task_seconds,
+        variants=variant_table(cases),
+    )
     text += f"\n## Rows\n\n{row_table(rows)}\n\n## Touches\n\n{touch_table(cases)}\n"
     if figures:
         text += "\n## Figures\n\nThe first person of every variant. Bands: zones of the safety layer, on above off.\n"

@@ -12,11 +12,9 @@ from hrcjax.interact import (
     GiveWayParams,
     HandOverParams,
     InteractPolicyParams,
-    Reference,
-    ReferenceParams,
+    KeepAwayParams,
     Seen,
     Tool,
-    at_rest,
     follow,
     frame_of,
     give_way,
@@ -24,8 +22,10 @@ from hrcjax.interact import (
     hand_over,
     in_refuge,
     keep_away,
+    kept_from,
     not_following,
     not_handing_over,
+    not_keeping_away,
     pointing,
     turn_between,
     turned_frame,
@@ -47,7 +47,7 @@ FUNCTIONS = ("keep_away", "follow", "hand_over", "give_way")
 class Setting(eqx.Module):
     """What a function is told: numbers, places, whether it is on."""
 
-    keep_away: ReferenceParams
+    keep_away: KeepAwayParams
     follow: FollowParams
     hand_over: HandOverParams
     give_way: GiveWayParams
@@ -75,7 +75,7 @@ class Played(NamedTuple):
     active: Float[Array, "time"]
     """follow: a hand is there; hand_over: the tool is offered; give_way: the share of the refuge; keep_away: 0 [1]."""
     person: Float[Array, "time"]
-    """give_way: sensed distance of people to the task's way; else 0 [m]."""
+    """give_way: sensed distance of people to the task's way; keep_away: to the pose; follow: 0; hand_over: the share of the turn [m]."""
 
 
 def seen_points(cell: Cell, sensed: Sensed, t: Float[Array, ""]) -> Seen:
@@ -86,7 +86,7 @@ def seen_points(cell: Cell, sensed: Sensed, t: Float[Array, ""]) -> Seen:
 
 def start_of(function: str, home: Vector3) -> Any:
     """A function's memory before the first tick."""
-    return {"keep_away": at_rest, "follow": not_following, "hand_over": not_handing_over, "give_way": in_refuge}[function](home)  # fmt: skip
+    return {"keep_away": not_keeping_away, "follow": not_following, "hand_over": not_handing_over, "give_way": in_refuge}[function](home)  # fmt: skip
 
 
 def asked(
@@ -95,8 +95,8 @@ def asked(
     """A function's memory after a tick, the frame that the tool is to ride on, and hand, active and person of `Played`."""
     zero = jnp.zeros((), tool.x.dtype)
     if function == "keep_away":
-        led: Reference = keep_away(setting.keep_away, memory, tool, setting.pose, dt)
-        return led, frame_of(led, R), tool.x, zero, zero
+        kept = keep_away(setting.keep_away, memory, seen, tool, setting.pose, dt)
+        return kept, frame_of(kept.reference, R), tool.x, zero, kept.nearing.distance
     if function == "follow":
         after = follow(setting.follow, memory, seen, tool, setting.home, setting.direction, setting.on, dt)
         place = after.reference.x - setting.direction * (setting.follow.track.hand.radius + setting.follow.distance)
@@ -105,7 +105,7 @@ def asked(
         held = hand_over(setting.hand_over, memory, seen, tool, setting.home, setting.direction, setting.on, dt)
         return held, turned_frame(held, R, turn), held.mean, jnp.where(held.offered, zero + 1, zero), held.turned.s
     way = give_way(setting.give_way, memory, seen, tool, setting.ends, setting.home, setting.on, dt)
-    return way, frame_of(way.reference, R), tool.x, way.share.s, way.distance
+    return way, frame_of(way.reference, R), tool.x, way.share.s, way.nearing.distance
 
 
 def played(
@@ -135,7 +135,11 @@ def played(
             function, setting, memory, seen_points(cell, sensed, image.t), tool, R, turn, cell.dt
         )
         goal = goal_at(frame, known.q_start, params.potential)
-        after, record = tick(params, cell, goal, sensed, state)
+        now = params
+        if function == "keep_away":
+            distance = kept_from(setting.keep_away, memory, policy.keep.distance)
+            now = eqx.tree_at(lambda p: p.policy.keep.distance, params, distance)
+        after, record = tick(now, cell, goal, sensed, state)
         return (watch, kept, after, memory), (record, frame.p, hand, active, person)
 
     start = (*first_looks(params, cell, known, sense, key), initial_state(cell, known.q_start), start_of(function, home))  # fmt: skip

@@ -25,7 +25,7 @@ Rows = dict[str, dict[str, Any]]
 BARS: dict[str, tuple[str, float]] = {
     "follow_error_fast_p50": ("<", 3.0), "follow_error_p50": ("<", 3.0), "follow_error_p95": ("<", 3.0), "handover_error": ("<=", 2.0),
     "handover_held": (">=", 0.95), "handover_error_contact": ("<=", 2.0), "handover_held_contact": (">=", 0.95),
-    "yield_contacts": ("<=", 0.0), "resume_jump": ("<=", 1.0), "resume_acceleration_jump": ("<=", 1.0),
+    "yield_contacts": ("<=", 0.0), "resume_jump": ("<=", 1.0), "resume_acceleration_jump": ("<=", 1.0), "yield_done": (">=", 1.0),
 }  # fmt: skip
 """Row -> what it should be."""
 ENDS = {
@@ -40,6 +40,7 @@ WORDS = {
     "follow_error_fast_p50": "median over the ticks with a hand of 0.25 to 0.36 m/s",
     "follow_error_fast_p95": "95th percentile of the same",
     "follow_distance_p95": "95th percentile of the error of the distance alone",
+    "follow_beyond": "share of these ticks in which the place beside the hand is beyond the reach that the function allows, 0.8 m from the base",
     "follow_separation": "least exact distance of the arm to the person",
     "handover_error": "largest of all hands: mean distance of the tool from its place beside the true hand, over the last 1.5 s of the offer",
     "handover_error_p50": "median of the same over hands",
@@ -51,9 +52,13 @@ WORDS = {
     "yield_contacts": "touches of the moving arm and the person",
     "yield_contacts_standing": "touches by a person who came to a standing arm",
     "yield_separation": "least exact distance of the arm to the person",
-    "resume_jump": f"largest step of the tool's velocity in a tick at resumes, over that of the path clock's acceleration, {LIMIT:g} m/s^2",
-    "resume_acceleration_jump": f"largest step of its acceleration in a tick, over that of the path clock's jerk, {JERK:g} m/s^3",
-    "resumes": "resumes: ways back from the refuge, and ends of stops",
+    "resume_jump": f"largest step of the tool's velocity in a tick on ways back from the refuge, but where the safety layer has the say, over that of the path clock's acceleration, {LIMIT:g} m/s^2",
+    "resume_acceleration_jump": f"largest step of its acceleration in a tick there, over that of the path clock's jerk, {JERK:g} m/s^3",
+    "resume_limited_jump": "as resume_jump, where the safety layer has the say: it brakes at an image, or a limit of speed is reached",
+    "resume_limited": "share of the ways back in which it has",
+    "released_jump": "as resume_jump, within 1 s after the end of a stop of the safety layer, whatever the function does",
+    "resumes": "resumes: ways back from the refuge",
+    "yield_done": "share of the runs with a way back and nobody in the way for the last 8 s in which the task came to an end after it",
     "yield_turns": "mean number of ends of the task that were reached in a run",
     "yield_stopped": "mean time that the safety layer stopped the arm",
     "keep_away_least": "least exact distance of the last link to the person, of all runs",
@@ -103,6 +108,7 @@ def follow_rows(name: str, cases: Sequence[Case], direction: NDArray, dt: float)
         for at in (50, 95):
             rows[f"{stem}_p{at}{end}"] = row(np.percentile(values, at) if len(values) else math.nan, "cm")
     rows[f"follow_distance_p95{end}"] = row(100 * np.percentile(np.concatenate([one["distance"] for one in found]), 95), "cm")  # fmt: skip
+    rows[f"follow_beyond{end}"] = row(np.concatenate([one["beyond"] for one in found]).mean())
     rows[f"follow_separation{end}"] = row(min(case["separation_true"].min() for case in cases), "m")
     return rows
 
@@ -132,8 +138,12 @@ def give_way_rows(name: str, cases: Sequence[Case], ends: NDArray, dt: float) ->
         f"yield_separation{end}": row(_over(found, "separation", np.min), "m"),
         f"resume_jump{end}": row(_over(found, "step", np.max) / (LIMIT * dt)),
         f"resume_acceleration_jump{end}": row(_over(found, "jump", np.max) / (JERK * dt)),
+        f"resume_limited_jump{end}": row(_over(found, "limited_step", np.max) / (LIMIT * dt)),
+        f"resume_limited{end}": row(_over(found, "limited", np.mean)),
+        f"released_jump{end}": row(_over(found, "released_step", np.max) / (LIMIT * dt)),
         f"resumes{end}": row(_over(found, "resumes", np.sum)),
         f"yield_turns{end}": row(_over(found, "turns", np.mean)),
+        f"yield_done{end}": row(_over(found, "done", np.mean)),
         f"yield_stopped{end}": row(_over(found, "stopped", np.mean), "s"),
     }
 

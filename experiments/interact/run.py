@@ -41,7 +41,7 @@ def _check(config: InteractConfig) -> None:
     each_once(config, "functions", "people")
     check_worlds((SCENE,), with_recordings(config.people, config.recordings))
     at_least(config, 1, "seeds", "hands")
-    at_least(config, 10, "seconds")
+    at_least(config, 10, "seconds", "task_seconds")
     check_outputs(config, "json", "page")
 
 
@@ -58,11 +58,18 @@ def variants_of(config: InteractConfig) -> list[str]:
     return [name for name, v in VARIANTS.items() if v.function in config.functions and not (config.quick and name in COMPARED)]  # fmt: skip
 
 
-def wanted(config: InteractConfig, bench: Bench) -> dict[str, tuple[str, Make]]:
+def benches_of(config: InteractConfig) -> dict[str, Bench]:
+    """What plays each function."""
+    usual = Bench(config.seconds)
+    return {name: Bench(config.task_seconds) if name == "give_way" else usual for name in FUNCTIONS}
+
+
+def wanted(config: InteractConfig, benches: Mapping[str, Bench]) -> dict[str, tuple[str, Make]]:
     """Every run by name, with the name of its file and what computes it."""
     runs: dict[str, tuple[str, Make]] = {}
-    mark = fingerprint({"seconds": config.seconds})[:6]
     for name in variants_of(config):
+        bench = benches[VARIANTS[name].function]
+        mark = fingerprint({"seconds": bench.seconds})[:6]
         for person, seed in people_of(config, VARIANTS[name].function):
             file = f"{name}/{person_key(person)}-{seed}-{mark}"
             runs[key(name, person, seed)] = (file, partial(_stored, bench, name, person, seed))
@@ -79,7 +86,7 @@ def _stored(bench: Bench, name: str, person: str, seed: int) -> Mapping[str, Any
     truth = truth_of(bench.cell, bench.person(person, seed), found["q"])
     return found | {
         "separation_true": truth.separation, "tool_distance": truth.tool_distance, "hand_true": truth.hand,
-        "hand_radius": truth.hand_radius, "axis": truth.axis,
+        "hand_radius": truth.hand_radius, "axis": truth.axis, "fastest": truth.fastest,
     }  # fmt: skip
 
 
@@ -111,8 +118,9 @@ def run(config: InteractConfig) -> int:
 
 
 def _measured(config: InteractConfig, store: RunStore, begin: float) -> int:
-    folder, bench = store.folder, Bench(config.seconds)
-    cases = by_variant(collect(store, wanted(config, bench)))
+    folder, benches = store.folder, benches_of(config)
+    bench = benches["give_way"]
+    cases = by_variant(collect(store, wanted(config, benches)))
     ends = np.stack([np.asarray(bench.scene.start, float), np.asarray(bench.scene.goal, float)])
     directions = directions_of(bench, variants_of(config))
     rows = all_rows(cases, directions, ends, bench.cell.dt)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hrcjax.geom.segment import FAR
 from hrcjax.interact import HandParams
-from hrcjax.robot import arm_capsules, tool_frame
+from hrcjax.robot import arm_capsules, control_points, tool_frame
 from hrcjax.sim import Cell
 from hrcjax.sim.exact import person_distances
 from hrcjax.typing import Array
@@ -29,6 +29,8 @@ class Truth(NamedTuple):
     """Of the ball about it [m]"""
     axis: NDArray
     """(tick 3) the tool's axis, out of it [1]"""
+    fastest: NDArray
+    """(tick) largest speed of a control point of the arm, from each tick to the next [m/s]"""
 
 
 def truth_of(cell: Cell, person: Person, q: NDArray) -> Truth:
@@ -44,17 +46,18 @@ def truth_of(cell: Cell, person: Person, q: NDArray) -> Truth:
 
     base = jnp.asarray([0.0, 0.0, HandParams().height])
 
-    def one(q: Array, t: Array) -> tuple[Array, Array, Array, Array]:
+    def one(q: Array, t: Array) -> tuple[Array, ...]:
         body = person_at(person, t)
         d = person_distances(arm_capsules(arm, q), body)
         R, _ = tool_frame(arm, q)
         ends = body.b[hands]
         nearest = jnp.argmin(jnp.where(body.radius[hands] < 0, FAR, jnp.linalg.norm(ends - base, axis=1)))
-        return jnp.min(d[fixed:]), jnp.min(d[last]), ends[nearest], R[:, 2]
+        return jnp.min(d[fixed:]), jnp.min(d[last]), ends[nearest], R[:, 2], control_points(arm, q)
 
     t = np.asarray(cell.times)[: len(q)]
     found = jax.jit(lambda q, t: jax.lax.map(lambda both: one(*both), (q, t), batch_size=64))(
         jnp.asarray(q, jnp.float32), jnp.asarray(t, jnp.float32)
     )
-    separation, tool, hand, axis = (np.asarray(a, float) for a in found)
-    return Truth(separation, tool, hand, float(person.radius[hands[0]]), axis)
+    separation, tool, hand, axis, points = (np.asarray(a, float) for a in found)
+    speed = np.linalg.norm(np.diff(points, axis=0), axis=2).max(axis=1) / cell.dt
+    return Truth(separation, tool, hand, float(person.radius[hands[0]]), axis, np.append(speed, speed[-1]))

@@ -4,7 +4,7 @@
 |---|---|---|---|---|---|
 | target | tool point and two points that fix its axes, to a goal that moves | posture | hand + offset | hand + offset, or home | task, or refuge |
 | distance | control spheres of the last link, against people | on | off | off | off |
-| collision, repulsion | all control spheres, against everything | on | on | of wrist and tool not against people, as far as `released` says | on |
+| collision, repulsion | all control spheres, against everything | on | on | from the forearm on not against people, as far as `released` says | on |
 | joint limit, speed cap, damping | joints | on | on | on | on |
 | posture | joints | off | off | off | off |
 
@@ -26,7 +26,7 @@ from hrcjax.sim.parts import ArmMotion, Clearance, Goal, PolicyFn
 from hrcjax.typing import Array, Bool, Float, Joints
 
 FREE = 1.0
-"""Distance that people seem to be farther from wrist and tool where these are released to them [m]."""
+"""Distance that people seem to be farther from forearm, wrist and tool where these are released to them [m]."""
 
 
 class InteractPolicyParams(eqx.Module):
@@ -37,11 +37,11 @@ class InteractPolicyParams(eqx.Module):
     keep: KeepDistanceParams = KeepDistanceParams(weight=0.0)
     """Distance that the last link keeps from people; off unless weighed."""
     released: Float[Array, ""] | float = 0.0
-    """1: wrist and tool may come near people, as collision and repulsion do not know them there; the safety layer does [1]."""
+    """1: forearm, wrist and tool may come near people, as collision and repulsion do not know them there; the safety layer does [1]."""
 
 
-WRIST = 2
-"""Links before the last one that belong to the wrist [1]."""
+FOREARM = 3
+"""Links before the last one down to the forearm [1]."""
 
 
 def last_link(arm: Arm) -> Bool[np.ndarray, "point"]:
@@ -49,26 +49,27 @@ def last_link(arm: Arm) -> Bool[np.ndarray, "point"]:
     return np.asarray(arm.control_links) == arm.tool_link
 
 
-def wrist(arm: Arm) -> Bool[np.ndarray, "point"]:
-    """Which are on the wrist, the last link and its tool."""
-    return np.asarray(arm.control_links) >= arm.tool_link - WRIST
+def forearm(arm: Arm) -> Bool[np.ndarray, "point"]:
+    """Which are on the forearm, the wrist, the last link and its tool. The pose of a tool beside a hand decides where these are: what pushed
+    the forearm off would push the tool off its place."""
+    return np.asarray(arm.control_links) >= arm.tool_link - FOREARM
 
 
 def interactive_policy(arm: Arm) -> PolicyFn:
     """The `PolicyFn` of an arm; its parameters are `InteractPolicyParams`."""
-    hand = wrist(arm)
-    outer = np.flatnonzero(last_link(arm))
+    outer = forearm(arm)
+    last = np.flatnonzero(last_link(arm))
 
     def ask(params: InteractPolicyParams, moved: ArmMotion, goal: Goal, clearance: Clearance, limits: JointLimits) -> Joints:  # fmt: skip
-        room = released(clearance, hand, params.released)
+        room = released(clearance, outer, params.released)
         pulled = combine(
             params.leaves, moved.q, moved.qd, moved.tool, goal.x, goal.xd, goal.xdd, moved.body, room.distance, room.gradient, limits,
             goal.posture, repel=repelling(moved, goal, room),
         )  # fmt: skip
         keep = with_dtype(params.keep, moved.q.dtype)
-        body = jax.tree.map(lambda leaf: leaf[outer], moved.body)
+        body = jax.tree.map(lambda leaf: leaf[last], moved.body)
         M, a = jax.vmap(lambda *point: keep_distance(keep, *point))(
-            clearance.person_distance[outer], clearance.person_gradient[outer], body.xd
+            clearance.person_distance[last], clearance.person_gradient[last], body.xd
         )
         pulled = add(pulled, pullback_points(body.J, body.Jd_qd, M, jnp.asarray(a)))
         return resolve(with_dtype(params.leaves.resolve, moved.q.dtype), pulled)
@@ -76,11 +77,11 @@ def interactive_policy(arm: Arm) -> PolicyFn:
     return ask
 
 
-def released(clearance: Clearance, hand: Bool[np.ndarray, "point"], share: Float[Array, ""] | float) -> Clearance:
-    """The distances as the leaves are to know them: with the share, people are farther from wrist and tool by `FREE`."""
-    free = jnp.asarray(share, clearance.distance.dtype) * jnp.asarray(hand, clearance.distance.dtype) * FREE
+def released(clearance: Clearance, outer: Bool[np.ndarray, "point"], share: Float[Array, ""] | float) -> Clearance:
+    """The distances as the leaves are to know them: with the share, people are farther from the outer points by `FREE`."""
+    free = jnp.asarray(share, clearance.distance.dtype) * jnp.asarray(outer, clearance.distance.dtype) * FREE
     people = clearance.person_distance + free
-    alone = jnp.asarray(hand) & (free > 0)
+    alone = jnp.asarray(outer) & (free > 0)
     nearer = alone & (people > clearance.standing_distance)
     return eqx.tree_at(
         lambda c: (c.distance, c.gradient, c.person_distance),

@@ -1,8 +1,8 @@
 """Follow: the tool keeps a set distance from a hand that moves, in a set direction from it.
 
 Under speed and separation the distance must leave the arm in the yellow zone: nearer than 0.5 m (default numbers) no point may be faster
-than 0.25 m/s, and nearer than 0.31 m the arm stops. The sensed distance is a lower bound, some centimetres short, and the hand swings
-towards the tool: so 0.7 m by default. Nearer only power and force limiting allows.
+than 0.25 m/s, and nearer than 0.31 m the arm stops. The sensed distance is that of the whole arm to the whole person, a lower bound, and
+the hand swings towards the tool: 0.7 m from the hand leaves 0.45 m of it, so 0.9 m by default. Nearer only power and force limiting allows.
 """
 
 import equinox as eqx
@@ -19,9 +19,12 @@ class FollowParams(eqx.Module):
 
     track: TrackParams = TrackParams()
     """How the hand is found and followed."""
-    reference: ReferenceParams = ReferenceParams(leash=0.1, velocity_leash=0.3)
-    """How the goal comes up to it. The leash is long: the tool is to stay on a goal that turns."""
-    distance: float = 0.7
+    reference: ReferenceParams = ReferenceParams(
+        gain=8.0, velocity_gain=32.0, acceleration=2.0, leash=0.1, velocity_leash=0.3
+    )
+    """How the goal comes up to it: off by the error of the hand's velocity over `gain`. The leash is long: the tool is to stay on a goal
+    that turns."""
+    distance: float = 0.9
     """From the hand's surface to the tool point [m]."""
     reach: float = 0.8
     """The goal is kept within this of the arm's base [m]."""

@@ -14,7 +14,7 @@ class TrackParams(eqx.Module):
 
     hand: HandParams = HandParams()
     """How the hand is found in an image."""
-    memory: float = 0.15
+    memory: float = 0.12
     """Time over which the weight of past images falls by e [s]."""
     lag: float = 0.02
     """Mean age of an image's points beyond its stamp: of two cameras that take turns, each shows its latest [s]."""

@@ -2,6 +2,9 @@
 
 import jax
 
+LLVM_LEVEL = 1
+"""How much LLVM tries."""
+
 
 def unrolled_options() -> dict[str, str | bool]:
     """Compiler options for a whole closed-loop program, for `jax.jit(f, compiler_options=...)`; empty but on a CPU.
@@ -14,6 +17,6 @@ def unrolled_options() -> dict[str, str | bool]:
         return {}
     return {
         "xla_cpu_use_fusion_emitters": False,
-        "xla_backend_optimization_level": "1",
+        "xla_backend_optimization_level": str(LLVM_LEVEL),
         "xla_disable_hlo_passes": "cse_barrier_expander",
     }

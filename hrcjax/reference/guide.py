@@ -104,7 +104,7 @@ def towards(arm: Arm, distance: NDArray, g: NDArray, J: NDArray) -> Approach:
     size = np.where(directed, np.sqrt((g * g).sum(axis=-1)), 1.0)[..., None]
     A = -np.einsum("psk,pkj->psj", np.where(directed[..., None], g / size, 0.0), J)
     gaps = half_gaps(arm.control_links, arm.control_offsets)
-    share = between_factor(distance + arm.control_radii[:, None], gaps[:, None])
+    share = between_factor(np.maximum(distance, 0.0) + arm.control_radii[:, None], gaps[:, None])
     lost = ~directed & (distance < LOST)
     return Approach(
         distance.ravel(), np.asarray(arm.control_radii), share.ravel(), A.reshape(-1, A.shape[-1]), lost.ravel(), g, J

@@ -66,7 +66,9 @@ class Rows(eqx.Module):
         dtype = distance.dtype
         radii, gaps = arm.control_radii, half_gaps(arm.control_links, arm.control_offsets)
         reach = distance + jnp.asarray(radii, dtype)[:, None]
-        share = between_factor(reach, jnp.asarray(gaps, dtype)[:, None])
+        # a lower bound may be below 0; a sphere that touches is its radius away, and a limit that holds in a contact is for its link too
+        touching = jnp.maximum(distance, 0.0) + jnp.asarray(radii, dtype)[:, None]
+        share = between_factor(touching, jnp.asarray(gaps, dtype)[:, None])
         lost = ~has_direction(g) & (distance < LOST)
         return Rows(
             distance.reshape(-1), reach.reshape(-1), share.reshape(-1), approach_rows(J, g), lost.reshape(-1), g, J

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
-from straight import straight_route
+from straight import straight_plan, straight_route
 
 from hrcjax.cells.check import check_cell
 from hrcjax.cells.digest import cell_digest
@@ -156,7 +156,7 @@ def nested(params, arm, goal, clearance, limits):
 def test_parts_that_return_something_else_are_named_before_a_world_is_built(change: dict, words: str) -> None:
     with pytest.raises(UsageError) as refused:
         params = Params(policy={"gain": 1.0}) if "policy" in change else Params()
-        check_cell(NamedCell(replace(make_cell(), **change), params))
+        check_cell(NamedCell(replace(make_cell(), **{"plan": straight_plan, **change}), params))
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
 
@@ -231,8 +231,8 @@ def test_the_episode_the_monitor_and_the_metric_of_the_page(folder: Path, ur5_wo
     """The monitor's speed is kept, the metric is that of the record, and the page's program runs with both."""
     one_episode = importlib.import_module("one_episode")
     slow, world = find_cell("slow_cell:build", CELLS), ur5_world[1]
-    check_cell(slow)
-    cell = replace(slow.cell, ticks=ur5_world[0].ticks, substeps=2)
+    cell = replace(slow.cell, ticks=ur5_world[0].ticks, substeps=2, plan=straight_plan)  # the planner is not the page's
+    check_cell(replace(slow, cell=cell))
     one_episode.cell, params = cell, jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), slow.params)
     tool = jax.jit(lambda p: one_episode.tool_path(p, world))(params)  # as a notebook does: the world closed over
     speed = np.linalg.norm(np.diff(tool, axis=0), axis=1) / cell.dt

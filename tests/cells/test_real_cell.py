@@ -25,9 +25,14 @@ from hrcjax.sweeps.store import open_run
 from hrcjax.sweeps.sweepable import NOT_FINITE
 
 
-def test_examples_of_the_help_are_accepted() -> None:
+@pytest.fixture(scope="module")
+def problem():
+    return build_problem(("robotica",), ("nobody",), (0,))
+
+
+def test_examples_of_the_help_are_accepted(problem) -> None:
     """Every command in --help and in the README means settings that this cell takes."""
-    cell = build_problem(("robotica",), ("nobody",), (0,))
+    cell = problem
     readme = (Path(__file__).parents[2] / "README.md").read_text()
     commands = re.findall(r"python -m experiments\.sweep( --[^#\n]*)", DESCRIPTION + readme)
     assert len(commands) >= 6
@@ -143,7 +148,6 @@ def test_recordings_are_described(shared_data: Path) -> None:
     assert "s long; the last pose is held to 100 s" in short[1]
 
 
-def test_no_parameter_may_be_negative() -> None:
-    cell = build_problem(("robotica",), ("nobody",), (0,))
+def test_no_parameter_may_be_negative(problem) -> None:
     with pytest.raises(UsageError, match="outside its domain"):
-        make_settings(["policy.collision.r_act=-1,0"], cell.params, domains=cell.domains)
+        make_settings(["policy.collision.r_act=-1,0"], problem.params, domains=problem.domains)

@@ -29,6 +29,12 @@ def problem():
     return build_problem(("robotica",), ("reach_in", "nobody"), (0, 3))
 
 
+@pytest.fixture
+def unchecked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cell's parts are traced once, for `problem`, and not for every other one."""
+    monkeypatch.setattr("hrcjax.cells.problem.check_cell", lambda named: None)
+
+
 def test_what_is_stored_of_a_world_is_the_world() -> None:
     scene = scene_named("clutter", 1)
     person = make_people("reach_in", scene, 1, 2.0, 1)
@@ -99,6 +105,7 @@ def test_coordinates_fit_what_is_stored(problem) -> None:
     assert [labels["person"] for labels, _ in problem.worlds] == ["reach_in"] * 2 + ["nobody"] * 2
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize("backend", ["folded", "mjx"])
 def test_the_backend_is_the_one_asked_for(backend: str) -> None:
     asked = build_problem(("robotica",), ("nobody",), (0,), backend)
@@ -112,7 +119,7 @@ def test_what_makes_a_result_worthless() -> None:
     assert 0 not in (NOT_FINITE_COMMAND, NOT_FINITE_TORQUE, TORQUE_LIMITED)
 
 
-def test_a_cell_has_places_for_the_largest_company(problem) -> None:
+def test_a_cell_has_places_for_the_largest_company(problem, unchecked) -> None:
     """All worlds of a sweep have the same shapes, so the cell of every one holds as many people as any has."""
     company = build_problem(("robotica",), ("reach_in", "nobody+reach_in+pass_by", "nobody+nobody"), (0,))
     assert [build.args[0].people for _, build in company.worlds] == [3, 3, 3]

@@ -32,6 +32,7 @@ from experiments.tune.problem import Problem, named_cell, world_names
 from experiments.tune.report import felt_text
 from experiments.tune.slices import most_felt
 from hrcjax.lab.errors import UsageError
+from hrcjax.numerics import compiler
 from hrcjax.tune import LOSSES, choose
 from hrcjax.tune.tuned import read_training, read_tuned
 
@@ -152,6 +153,8 @@ import sys, time
 from dataclasses import replace
 from pathlib import Path
 sys.path[:0] = {paths!r}
+from hrcjax.numerics import compiler
+compiler.LLVM_LEVEL = {level}
 from test_tune_program import CONFIG, Tuner, build, program
 step = Tuner.step
 def slow(self, state):
@@ -166,7 +169,9 @@ program.run(replace(CONFIG, out=Path({out!r})), build)
 def test_killed_at_any_moment_it_resumes_to_the_same_numbers(whole: Path, tmp_path: Path, capsys) -> None:
     """SIGKILL at a random moment after the first checkpoint; until then nobody else may write to the folder."""
     here = Path(__file__)
-    code = SLOW_RUN.format(paths=[str(here.parents[2]), str(here.parent)], out=str(tmp_path / "run"))
+    code = SLOW_RUN.format(
+        paths=[str(here.parents[2]), str(here.parent)], out=str(tmp_path / "run"), level=compiler.LLVM_LEVEL
+    )
     wait = random.SystemRandom().uniform(0.0, 1.2)
     run = [sys.executable, "-c", code]
     env = {**os.environ, "JAX_ENABLE_X64": "1"}  # as here

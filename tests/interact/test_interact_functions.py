@@ -15,22 +15,31 @@ from hrcjax.interact import (
     FollowParams,
     GiveWayParams,
     HandOverParams,
+    KeepAwayParams,
     KeepDistanceParams,
     MonitorParams,
+    NearingParams,
     Seen,
     Tool,
+    carried_on,
     follow,
+    gently,
     give_way,
     hand_over,
     in_refuge,
     keep_away,
     keep_distance,
+    kept_from,
+    no_share,
+    nobody_near,
     not_following,
     not_handing_over,
+    not_keeping_away,
+    shifted,
     task_at,
+    watch_nearing,
 )
 from hrcjax.interact.composition import FREE, released
-from hrcjax.interact.reference import ReferenceParams, at_rest
 from hrcjax.safety import initial_clock
 from hrcjax.sim import Clearance, Goal, Params, Separation, separation_monitor
 from hrcjax.sim.guide import guide
@@ -126,6 +135,38 @@ def test_giving_way_stops_the_task_in_the_refuge_and_takes_it_up_where_it_was_le
     assert float(off[-1].share.s) < 0.01
 
 
+def test_the_task_waits_for_a_tool_that_comes_back_and_is_finished() -> None:
+    """Left just before its end, its clock would pass it while the tool is on the way."""
+    params = GiveWayParams()
+    ends = (jnp.asarray([0.0, 0.5, 0.3]), jnp.asarray([-0.5, 0.1, 0.3]))
+    refuge = jnp.asarray([0.3, 0.2, 0.5])
+
+    def place(t: float) -> np.ndarray:
+        return np.array([-0.25, 0.3 if 4.2 < t < 6.0 else 1.5, 0.3])
+
+    found = played(lambda m, s, tool: give_way(params, m, s, tool, ends, refuge, ON, DT), in_refuge(refuge), place, 11.0)  # fmt: skip
+    t = np.arange(0, 11, DT)
+    x = np.array([np.asarray(m.reference.x) for m in found])
+    phase = np.array([float(m.phase) for m in found])
+    left = phase[t > 5.9][0]
+    assert 1.5 < left < np.pi < phase[-1] < 2 * np.pi
+    assert np.linalg.norm(x[t > 6.0] - np.asarray(ends[1]), axis=1).min() < 0.02
+
+
+def test_the_way_back_has_the_acceleration_and_jerk_that_it_may_have() -> None:
+    for way in (0.3, 1.0, 4.0):
+        k = gently(1.0, 10.0, _f(way))
+
+        def step(share, _, k=k):  # type: ignore[no-untyped-def]
+            after = shifted(k, share, ON, 0.002)
+            return after, after.curve
+
+        a = way * np.asarray(jax.lax.scan(step, no_share(F), None, 1500)[1])
+        jerk = np.diff(a, prepend=0.0) / 0.002
+        assert a.max() < 1.02 and np.abs(jerk).max() < 10.1
+        assert a.max() > 0.97 or np.abs(jerk).max() > 9.7, "as quick as that"
+
+
 def test_the_derivatives_of_the_task_are_its_derivatives() -> None:
     ends = (jnp.asarray([0.0, 0.5, 0.3]), jnp.asarray([-0.5, 0.1, 0.4]))
     place, slope, bend = (lambda p, k=k: task_at(p, *ends)[k] for k in range(3))
@@ -150,12 +191,29 @@ def test_the_distance_leaf_pushes_away_damps_an_approach_and_leaves_the_far_alon
     np.testing.assert_allclose(beside[1], a, atol=1e-5)
 
 
-def test_keep_away_comes_to_its_pose() -> None:
-    now, pose = at_rest(HOME), jnp.asarray([0.1, 0.4, 0.3])
-    step = jax.jit(lambda now: keep_away(ReferenceParams(), now, Tool(now.x, now.v), pose, DT))
-    for _ in range(200):
-        now = step(now)
-    np.testing.assert_allclose(now.x, pose, atol=1e-3)
+def test_keep_away_comes_to_its_pose_and_keeps_farther_from_who_comes_on() -> None:
+    params, pose = KeepAwayParams(), jnp.asarray([0.1, 0.4, 0.3])
+
+    def place(t: float) -> np.ndarray:
+        return np.array([0.1, 1.6 - 0.8 * min(max(t - 1.0, 0.0), 1.0), 0.3])  # 0.8 m/s for a second
+
+    found = played(lambda m, s, tool: keep_away(params, m, s, tool, pose, DT), not_keeping_away(HOME), place, 3.0)
+    np.testing.assert_allclose(found[-1].reference.x, pose, atol=1e-3)
+    t = np.arange(0, 3, DT)
+    kept = np.array([float(kept_from(params, m, 0.7)) for m in found])
+    np.testing.assert_allclose(kept[(t < 1.0) | (t > 2.7)], 0.7, atol=0.01)
+    assert kept[(t > 1.6) & (t < 2.0)].mean() == pytest.approx(0.7 + 0.6 * 0.8, abs=0.02)
+    gone = eqx.tree_at(lambda m: m.nearing.rate, found[0], _f(0.8))
+    assert float(kept_from(params, gone, 0.7)) == pytest.approx(0.7), "who goes lets nobody nearer"
+
+
+def test_who_comes_into_view_at_once_has_no_rate() -> None:
+    params, now = NearingParams(), nobody_near(F)
+    assert float(carried_on(params, now)) == 0
+    for stamp, d in ((0.0, 10.0), (0.1, 0.8), (0.1, 0.1), (0.2, 0.7)):
+        now = watch_nearing(params, now, _f(stamp), _f(d))
+    assert float(now.distance) == pytest.approx(0.7), "a distance counts once an image"
+    assert float(now.rate) == pytest.approx(-1.0 * (1 - np.exp(-1.0)), rel=1e-5)
 
 
 def test_released_spheres_know_what_stands_but_not_the_person() -> None:

@@ -1,5 +1,7 @@
 """Queries of a map against one Gaussian process over all its points, and what must hold between its levels."""
 
+import inspect
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -63,6 +65,15 @@ def read(layout, levels):
     return jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x, **how)))
 
 
+@pytest.fixture(scope="module")
+def read_one(layout):
+    """(levels, place) -> distance and gradient as they are by default, of both readings of a single place."""
+    return (
+        jax.jit(lambda levels, x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x)),
+        jax.jit(lambda levels, x: jax.value_and_grad(lambda x: map_distance(layout, levels, PARAMS.ratio, x))(x)),
+    )
+
+
 def queries(kept: np.ndarray, near: float, far: float, count: int = 400) -> np.ndarray:
     x = np.random.default_rng(1).uniform([-0.55, -0.55, -0.15], [0.55, 0.55, 0.55], (20 * count, 3)).astype(np.float32)
     d = cKDTree(kept).query(x)[0]
@@ -104,20 +115,20 @@ def test_no_jumps_through_the_borders_of_blocks_and_levels(layout, levels) -> No
     def plain_and_corrected(x):
         return jnp.stack([map_distance(layout, levels, PARAMS.ratio, x, corrected) for corrected in (False, True)])
 
-    program = jax.jit(lambda x: jax.lax.map(plain_and_corrected, x, batch_size=128))
+    program, rows = jax.jit(jax.vmap(plain_and_corrected)), 128
     for _ in range(4):
         a, b = random.uniform([-0.8, -0.8, -0.1], [0.8, 0.8, 0.9], (2, 3))
         b = a + 2e-4 * count * (b - a) / np.linalg.norm(b - a)
 
         def along(t, a=a, b=b):
-            return np.asarray(program((a + t[:, None] * (b - a)).astype(np.float32)))
+            x = (a + t[:, None] * (b - a)).astype(np.float32)
+            return np.concatenate([program(some) for some in x.reshape(-1, rows, 3)])
 
         t = np.linspace(0, 1, count)
         worst = np.argmax(np.abs(np.diff(along(t), axis=0)), axis=0)
-        for which in range(2):
-            finer = np.linspace(t[worst[which]], t[worst[which] + 1], 64)
-            steps = np.diff(along(np.resize(finer, count))[:64, which])
-            assert np.abs(steps).max() < 3e-5
+        finer = np.concatenate([np.linspace(t[i], t[i + 1], rows // 2) for i in worst])
+        for which, values in enumerate(np.split(along(finer), 2)):
+            assert np.abs(np.diff(values[:, which])).max() < 3e-5
 
 
 def test_far_away_it_is_finite_and_points_away(read, kept) -> None:
@@ -142,7 +153,9 @@ def test_all_readings_agree_and_are_corrected_by_default(layout, levels, kept) -
         "map_distance": lambda x, **how: jax.value_and_grad(lambda p: map_distance(layout, levels, 0.7, p, **how))(x),
         "map_distance_and_gradient": lambda x, **how: map_distance_and_gradient(layout, levels, 0.7, x, **how),
     }
-    for how in ({"corrected": False}, {"corrected": True}, {}):
+    for function in (map_distance, map_distance_and_gradient, map_distances_and_gradients):
+        assert inspect.signature(function).parameters["corrected"].default is True
+    for how in ({"corrected": False}, {"corrected": True}):
         found = {name: jax.jit(jax.vmap(lambda x, f=f, how=how: f(x, **how)))(x) for name, f in one.items()}
         found["many"] = jax.jit(lambda x, how=how: map_distances_and_gradients(layout, levels, 0.7, x, **how))(x)
         d, g = found["map_distance"]
@@ -151,7 +164,7 @@ def test_all_readings_agree_and_are_corrected_by_default(layout, levels, kept) -
             np.testing.assert_allclose(slope, g, atol=1e-3, err_msg=f"{name} {how}")
         if how.get("corrected") is False:
             plain = d
-    assert np.abs(plain - d).max() > 1e-3  # the last ones, by default, are not the plain ones
+    assert np.abs(plain - d).max() > 1e-3  # the corrected ones are not the plain ones
 
 
 def test_curvature_is_corrected(layout, levels, kept, read) -> None:
@@ -166,10 +179,8 @@ def test_curvature_is_corrected(layout, levels, kept, read) -> None:
     assert np.abs(corrected).max() < 0.004
 
 
-def test_empty_map(layout) -> None:
-    d, g = map_distance_and_gradient(
-        layout, empty_map(layout).levels, PARAMS.ratio, jnp.asarray([0.1, 0.2, 0.3], jnp.float32)
-    )
+def test_empty_map(layout, read_one) -> None:
+    d, g = read_one[0](empty_map(layout).levels, jnp.asarray([0.1, 0.2, 0.3], jnp.float32))
     assert float(d) == FAR and not np.any(g)
 
 
@@ -179,13 +190,13 @@ def test_a_query_that_is_not_a_number_is_not_free_space(layout, read, levels) ->
     assert not np.isfinite(read(x)[0]).any() and not np.isfinite(corrected(x)).any()
 
 
-def test_far_away_and_nowhere(layout, levels) -> None:
+def test_far_away_and_nowhere(levels, read_one) -> None:
     """Beyond a kilometre the distance is still that; at no place there is none."""
     far = jnp.asarray([3e3, 0.0, 0.0], jnp.float32)
-    for read in (map_distance_and_gradient, lambda *a: jax.value_and_grad(lambda x: map_distance(*a[:3], x))(a[3])):
-        d, g = read(layout, levels, PARAMS.ratio, far)
+    for read in read_one:
+        d, g = read(levels, far)
         np.testing.assert_allclose(d, 3e3, rtol=1e-3)
         np.testing.assert_allclose(g, [1, 0, 0], atol=1e-2)
         for nowhere in (np.inf, -np.inf, np.nan):
-            d, g = read(layout, levels, PARAMS.ratio, far.at[1].set(nowhere))
+            d, g = read(levels, far.at[1].set(nowhere))
             assert np.isnan(d) and np.isnan(g).all()

@@ -96,6 +96,21 @@ def test_a_retreat_is_not_weakened_near_contact() -> None:
     np.testing.assert_allclose(allowed[near], 0.01 * rows.share[near])
 
 
+def test_a_bound_below_zero_leaves_the_limit_of_a_touch() -> None:
+    """Sensed distances are lower bounds: where a limit holds in a contact, as of power and force limiting, the arm gets on near one."""
+    q = jnp.asarray(CELL.arm.home)
+    J = jax.jacfwd(lambda q: control_points(CELL.arm, q))(q)
+    up = jnp.tile(jnp.asarray([0.0, 0.0, 1.0]), (len(J), 1, 1))
+
+    def limits(distance: float) -> np.ndarray:
+        rows = Rows.towards(CELL.arm, jnp.full((len(J), 1), distance), up, J)
+        return np.asarray(rows.limits(jnp.full(len(J), 0.14)))
+
+    np.testing.assert_array_equal(limits(-0.08), limits(0.0))
+    assert limits(0.0).min() > 0.05 and (limits(0.1) >= limits(0.0)).all()
+    assert np.isnan(limits(np.nan)).any(), "no distance is no touch"
+
+
 def test_a_gap_does_not_hold_the_arm_for_ever() -> None:
     """One point between two surfaces, where the distance has no direction: it may move, slowly."""
     d = jnp.full(POINTS, 1.0).at[POINTS - 1].set(-0.001)
