@@ -26,9 +26,8 @@ _cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hrcja
 jax.config.update("jax_compilation_cache_dir", str(_cache))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
 
-# A program is traced as millions of objects, few of them in cycles: looking for these takes a third of the time of tracing. They are
-# looked for after a module instead (`forget_programs`).
-gc.disable()
+# A program is traced as millions of objects, few of them in cycles: looking for these often takes a third of the time of tracing.
+gc.set_threshold(500_000, 20, 100)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

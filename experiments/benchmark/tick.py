@@ -1,11 +1,12 @@
-"""One control tick by itself, as a controller calls it, and the way from the exposure of an image to a command. One core.
+"""One control tick by itself, as a controller calls it, and the way from an image to a command: a core for ticks, another for images.
 
 The default cell beside a person who reaches in, with places for 1,024 points of people in an image; `points` is how many there are in the mean. All is
-measured in a process of its own that may use one core. For every tick Python calls one compiled program with what is sensed as arguments, and
-waits for the commanded joint acceleration: `p50_ms` and `p99_ms` are of that whole call. Ticks go on from each other.
+measured in a process of its own that may use one core, so that ticks and images do not disturb each other. For every tick Python calls one
+compiled program with the joint readings, the images kept and the time, and waits for the commanded joint acceleration: `p50_ms` and
+`p99_ms` are of that whole call. Ticks go on from each other.
 
-An image takes a second program, `image_p50_ms` and `image_p99_ms`: the camera's health, where people are, their points, and the fit of their field. It is
-measured alone, as if on a core of its own; images are rendered before. The command that uses an image first is computed in the control period that begins next:
+An image takes a second program, `image_p50_ms` and `image_p99_ms`: the camera's health, where people are, their points, and the fit of their field, from
+the depth image in the host's memory; it is rendered before. The command that uses an image first is computed in the control period that begins next:
 `wait_p99_ms`. `command_p50_ms` and `command_p99_ms` are image, wait and tick together, image by image, from the arrival of an image.
 The camera's own time, from the exposure to that arrival, can't be measured without a camera: `left_for_camera_ms` is what remains of 45 ms.
 
@@ -29,10 +30,10 @@ from hrcjax.cells import make_cell
 from hrcjax.cells.people import make_people
 from hrcjax.lab.compiled import keep_compiled
 from hrcjax.numerics import unrolled_options
-from hrcjax.robot import arm_capsules
+from hrcjax.robot import ArmState, arm_capsules
 from hrcjax.sense import Delivered
 from hrcjax.sense.rig import cell_rig
-from hrcjax.sim import Params, Sensed, Task
+from hrcjax.sim import Params, Task
 from hrcjax.sim.episode import plan_route
 from hrcjax.sim.own_sensing import Kept, TickImage, first_looks, images_in_use, keep, ticks_of
 from hrcjax.sim.prepare import survey_world
@@ -46,11 +47,10 @@ TICKS, ROUNDS = 250, 4
 POINTS = 1024
 """Places for points of people."""
 MOST = 45.0
-"""From exposure to command [ms]."""
+"""From exposure to command [ms]: less than the latency that the cell counts on, 50 ms."""
 ALONE = """
 import os, sys
-if hasattr(os, "sched_setaffinity"):
-    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 import importlib
 importlib.import_module(sys.argv[1]).alone(int(sys.argv[2]), int(sys.argv[3]))
 """
@@ -74,8 +74,8 @@ def measured(ticks: int, rounds: int) -> dict[str, Any]:
     params = jax.tree.map(jnp.float32, Params())
     route = jax.jit(lambda p: plan_route(p, cell, Task(known.scene, known.q_start, p.potential, cell.arm))[1])(params)
 
-    def step(params: Params, sensed: Sensed, state: TickState) -> tuple[TickState, Record]:
-        return tick(params, cell, route, sensed, state)
+    def step(params: Params, kept: Kept, t: jax.Array, state: TickState) -> tuple[TickState, Record]:
+        return tick(params, cell, route, images_in_use(cell, known, kept, t), state)
 
     def image(
         params: Params, state: Watch, kept: Kept, got: Delivered, item: TickImage, q: jax.Array
@@ -91,7 +91,6 @@ def measured(ticks: int, rounds: int) -> dict[str, Any]:
             sense, known.stage, jnp.maximum(item.camera, 0), item.exposed, arm_capsules(cell.arm, q), item.key
         )[0]
     )
-    in_use = jax.jit(lambda kept, t: images_in_use(cell, known, kept, t))
     key = jax.random.key(1)
     images = ticks_of(cell, known, key)
     first = jax.jit(lambda params: first_looks(params, cell, known, sense, key))(params)
@@ -111,7 +110,8 @@ def measured(ticks: int, rounds: int) -> dict[str, Any]:
             if int(item.camera) >= 0:
                 seen = depth(item, arm.arm.q)
                 nothing, yes = jnp.zeros((), seen.dtype), jnp.asarray(True)
-                got = Delivered(depth=seen, stamp=item.exposed, delay=nothing, arrives=yes)
+                as_sent: Any = np.asarray(seen)
+                got = Delivered(depth=as_sent, stamp=item.exposed, delay=nothing, arrives=yes)
                 jax.block_until_ready((got, kept, watch))
                 begin = time.perf_counter()
                 watch, kept = jax.block_until_ready(compiled_image(params, watch, kept, got, item, arm.arm.q))
@@ -125,9 +125,11 @@ def measured(ticks: int, rounds: int) -> dict[str, Any]:
                     newest = int(jnp.argmax(kept.stamp))
                     points.append(float(jnp.sum(kept.moving.field.mask[newest])))
                     refused += int(watch.reasons[item.camera] != 0)
-            sensed = jax.block_until_ready(in_use(kept, item.t))
+            measured_arm = ArmState(np.asarray(arm.arm.q), np.asarray(arm.arm.qd))  # pyright: ignore[reportArgumentType]  # as from encoders
+            arm = TickState(measured_arm, arm.clock, arm.safety)
+            jax.block_until_ready((kept, item.t))
             begin = time.perf_counter()
-            arm, record = compiled_tick(params, sensed, arm)
+            arm, record = compiled_tick(params, kept, item.t, arm)
             np.asarray(record.qdd)
             spent = time.perf_counter() - begin
             if number:
@@ -145,11 +147,14 @@ def run(ticks: int = TICKS, rounds: int = ROUNDS) -> dict[str, dict[str, Any]]:
     Raises:
         RuntimeError: the process failed.
     """
+    if not hasattr(os, "sched_setaffinity"):
+        raise RuntimeError("this system can't bind a process to one core; section tick is measured on Linux")
     done = subprocess.run(
         [sys.executable, "-c", ALONE, __name__, str(ticks), str(rounds)], capture_output=True, text=True
     )
     if done.returncode:
-        raise RuntimeError(f"the process of one core failed: {done.stderr.strip().splitlines()[-1:]}")
+        last = (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1]
+        raise RuntimeError(f"the process of one core failed: {last}")
     return rows_of(json.loads(done.stdout.split("measured")[-1]))
 
 

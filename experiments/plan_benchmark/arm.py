@@ -46,8 +46,9 @@ def _problems(path: Path, count: int, peers: int, processes: int) -> Rows:
     rows = problem_rows(problems, reference_free, solved) | {"processes": row(side, "processes")}
     seconds, stages = seconds_alone(model, checker, problems)
     rows["ms_alone"] = row(1e3 * np.median(seconds), "ms")
-    if (optimised := stages > 0).any():
+    if (optimised := stages != 0).any():
         rows["ms_alone_optimised"] = row(1e3 * np.median(seconds[optimised]), "ms")
+    rows["alone_unsolved"] = row((stages < 0).sum(), "problems")
     rows["ms_alone_p95"] = row(1e3 * np.percentile(seconds, 95), "ms")
     both = [(int(k), own) for k in np.flatnonzero(reference_free) if (own := solved.paths[k]) is not None]
     if both:

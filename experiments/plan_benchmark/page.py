@@ -32,7 +32,8 @@ forearm and wrist 2 may overlap{taken}. Paths are B-splines of 12 control points
 * **Other families**, seeded, start and goal random with the tool among the obstacles, nothing of the solver chosen on them: shelves, tables on legs with upright capsules on top,
   cages of bars and beams, spheres, boxes turned at random, a table with walls as a hundred points. Some may have no solution.
 * **What is impossible** is not tried: problems whose start or goal is not free. They count in the times per problem.
-* **Times** are those of all problems by one process for each core (`processes`), side by side, compiled before; the slowest one counts.
+* **Times** `ms_amortised` and `ms_guided` are those of one process for each core (`processes`), side by side, compiled before; the slowest one
+  counts. All other times are those of a single process.
 * The numbers of the solver were chosen on 300 of the problems, drawn evenly; `success_rest` is that of the others.
 
 {origin} Other programs that share the machine lengthen wall times, those of small programs most; `ms_amortised_cpu` is what they lengthen least.

@@ -24,7 +24,7 @@ from .rows import Rows, holds
 
 def _check(config: PlanBenchmarkConfig) -> None:
     """Everything that can be refused before anything is measured."""
-    at_least(config, 0, "settings", "seed", "unseen", "lagrange", "families", "peers")
+    at_least(config, 0, "settings", "seed", "unseen", "lagrange", "families", "peers", "processes")
     at_least(config, 1, "scenes")
     if not 0 < config.budget < math.inf:
         raise UsageError(f"--budget {config.budget:g}: accepted is a time above 0 s")

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hrcjax.lab.errors import UsageError
 from hrcjax.plan.link_model import link_model
 
 from .checker import Checker
@@ -25,6 +26,7 @@ class Pipe(Protocol):
     def recv(self) -> Any: ...
 
 
+ENDED = "a process that solves problems ended without a result; --processes 1 solves them in this one"
 FEWEST = 32
 """Problems of a process, at least."""
 
@@ -62,7 +64,7 @@ def solve_side_by_side(problems: Problems, inflation: float, processes: int) -> 
     """All problems of the thin arm, by that many processes; compiled before the clocks begin.
 
     Raises:
-        RuntimeError: a process ended without a result.
+        UsageError: a process ended without a result.
     """
     context = multiprocessing.get_context("spawn")
     parts = parts_of(len(problems), processes)
@@ -82,12 +84,11 @@ def solve_side_by_side(problems: Problems, inflation: float, processes: int) -> 
             for _, ours in running[1:]:
                 _answer(ours)
             for _, ours in running:
-                ours.send("go")
+                _begin(ours)
             found = [_answer(ours) for _, ours in running]
         finally:
-            if before is None:
-                del os.environ["JAX_COMPILATION_CACHE_DIR"]
-            else:
+            os.environ.pop("JAX_COMPILATION_CACHE_DIR", None)
+            if before is not None:
                 os.environ["JAX_COMPILATION_CACHE_DIR"] = before
             for process, ours in running:
                 ours.close()
@@ -96,24 +97,33 @@ def solve_side_by_side(problems: Problems, inflation: float, processes: int) -> 
     return together(len(problems), parts, found)
 
 
-def _answer(pipe: Pipe) -> Solved:
+def _begin(pipe: Pipe) -> None:
+    try:
+        pipe.send("go")
+    except OSError as error:
+        raise UsageError(ENDED) from error
+
+
+def _answer(pipe: Pipe) -> Any:
     try:
         return pipe.recv()
-    except EOFError as error:
-        raise RuntimeError(
-            "a process that solves problems ended without a result; --processes 1 solves them in this one"
-        ) from error
+    except (EOFError, OSError) as error:
+        raise UsageError(ENDED) from error
 
 
 def _solve_part(pipe: Pipe, problems: Problems, inflation: float, name: str) -> None:
+    parent = multiprocessing.parent_process()
+
     def say(text: str) -> None:
+        if parent is not None and not parent.is_alive():
+            raise EOFError  # nobody waits for the result
         print(name + text, file=sys.stderr, flush=True)
 
     arm = thin_arm()
     solver = Solver(link_model(arm, inflation, floor=0.0, tight=TIGHT), Checker(arm), problems, say)
-    pipe.send("ready")
     try:
+        pipe.send("ready")
         pipe.recv()
         pipe.send(solver.run())
-    except (EOFError, BrokenPipeError):
-        return  # whoever asked is gone
+    except (EOFError, OSError, KeyboardInterrupt):
+        return  # whoever asked is gone, or stops all

@@ -99,7 +99,9 @@ def _check_results(named: NamedCell) -> None:
     rows, felt = zeros(points, joints), None
     if cell.contact_mass == "reflected":
         felt = ContactMobility(zeros(joints, joints), zeros(3, joints), rows, rows, rows, jnp.ones(points, bool))
-    separation = Separation(zeros(points), zeros(points), zeros(), jnp.asarray(True), jnp.asarray(False), cell.dt, felt)
+    separation = Separation(
+        zeros(points), zeros(points), zeros(), jnp.asarray(True), jnp.asarray(False), cell.dt, felt, zeros(points)
+    )
     answer = jax.eval_shape(lambda p, m: cell.safety.decide(p, m, separation), params.safety, memory)
     if not (isinstance(answer, tuple) and len(answer) == 2):
         raise UsageError(f"monitor: returns {type(answer).__name__}; accepted: (memory, SafetyDecision)")

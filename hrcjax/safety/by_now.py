@@ -11,8 +11,9 @@ def nearest_by_now(
 ) -> Float[Array, "row"]:
     """The distance by which the speed towards a surface is limited [m].
 
-    A point keeps the limit of its nearest surface towards every surface that may be as near by the time the next image is used: an arm
-    beside the nearer trunk, at up to `v_h_near`. Farther ones count with the way that remains.
+    v of the distance to the nearest surface of a point holds towards each of its surfaces that may be as near by the end of this tick, at up
+    to `v_h_near` since the image was taken: an arm that comes past the nearer trunk. Farther ones count with the way that remains.
+    Only surfaces that the field reads count. What a stop asks of a point besides, to retreat, follows its own distance.
 
     Args:
         d: distance of a control point to one of its surfaces [m].

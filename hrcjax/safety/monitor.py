@@ -49,7 +49,7 @@ class SafetyDecision(eqx.Module):
     speed_limit: Float[Array, ""]
     """Largest speed towards the person of the nearest point [m/s]."""
     point_limit: Float[Array, "point"]
-    """Largest speed towards the person of every point, by its own distance; negative: it is asked to retreat as fast [m/s]."""
+    """Largest speed towards the person of every point, by its distance; negative: it is asked to retreat as fast [m/s]."""
     scale: Float[Array, ""]
     """Factor in [0, 1] that the present motion must be scaled with [1]."""
     hold: Bool[Array, ""]
@@ -83,7 +83,7 @@ def monitor(
 ) -> tuple[ZoneState, SafetyDecision]:
     """One tick of the monitor, over the control points of the whole arm.
 
-    The zone follows the nearest point; every point gets the limit of its own distance. The limits hold for motion
+    The zone follows the nearest point; every point gets the limit of its own distance, or of `by_now` where that is less. The limits hold for motion
     towards the person: in a stop for closeness the robot may still retreat, and points far from everybody may move. Old, invalid or missing data, also from
     the future, hold the robot still in every direction. Motion that approaches nobody is bounded by the nominal speed, and in
     red and stop, or guarded, by the red speed. In red and in a stop limits hold in all directions in which the person may be by
@@ -100,14 +100,14 @@ def monitor(
         v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
         guarded: whether somebody may be where no camera looks: the zone is yellow at best, and the speed that of red, the
             reduced speed.
-        by_now: distance whose v(d) bounds the speed of every point, see `nearest_by_now`; None: `d` [m].
+        by_now: distance whose v(d) bounds the speed of every point, if less than `d`, see `nearest_by_now`; None: `d` alone [m].
     """
     nearest = jnp.min(d)  # NaN if any is
     old = ~(jnp.abs(jnp.asarray(age)) <= params.max_age)
     finite = jnp.all(jnp.isfinite(d)) & jnp.all(jnp.isfinite(v_r))
-    for given in (head_distance, v_h):
+    for given in (head_distance, v_h, by_now):
         if given is not None:
-            finite = finite & jnp.isfinite(jnp.asarray(given))
+            finite = finite & jnp.all(jnp.isfinite(jnp.asarray(given)))
     if pfl_speed is not None:
         known = ~jnp.isnan(jnp.asarray(pfl_speed))
         finite = finite & (jnp.all(known) if known.ndim else known)
@@ -122,7 +122,7 @@ def monitor(
 
     of_points = pfl_speed is not None and jnp.ndim(pfl_speed) > 0
     limit = jax.vmap(point_limit, in_axes=(0, 0 if of_points else None))(
-        d if by_now is None else by_now, pfl_speed
+        d if by_now is None else jnp.minimum(d, by_now), pfl_speed
     )  # fmt: skip
     share = retreat_share(params, state.zone, d)
     limit = (1.0 - share) * limit - share * params.zone.retreat_speed

@@ -181,7 +181,8 @@ class Separation(eqx.Module):
     mobility: ContactMobility | None = None
     """What a contact at every row feels of the arm's mass; None: the cell does not ask for it (`Cell.contact_mass`)."""
     nearest: Float[Array, "row"] | None = None
-    """Distance of the row's control point to the nearest of its surfaces; None: every point has one surface [m]."""
+    """Distance of the row's control point to the nearest of its surfaces; None: every surface counts by its own distance alone, as where
+    a point has one surface [m]."""
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,12 @@ def taken(
     robot: Capsules,
     latency: float,
 ) -> tuple[Watch, Bool[Array, ""]]:
-    """The state after an image that a camera delivered, or did not, and whether it was good. Arguments as `watch_image`."""
+    """The state after an image that a camera delivered, or did not, and whether it was good.
+
+    Args:
+        rig: the cameras.
+        got: what this one delivered. The others: as `watch_image`.
+    """
     dtype = got.depth.dtype
     eye = jax.tree.map(lambda a: a[camera], rig.cameras)
     robot_depth = render_capsules(eye, robot, jnp.full((eye.height, eye.width), jnp.inf, dtype))

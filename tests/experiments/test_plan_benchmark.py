@@ -1,6 +1,7 @@
 """The program that measures the arm's planner: its exact check, its rows, a run on problems made by hand."""
 
 import json
+import multiprocessing
 from functools import cache
 
 import jax
@@ -129,14 +130,22 @@ def test_rows_on_results_made_by_hand():
 
 def test_results_of_processes_are_put_where_their_problems_are():
     parts = side_by_side.parts_of(5, 2)
-    found = [Solved([np.full((2, 6), k) for k in part], part.copy(), seconds=1.0 + n, cpu_seconds=1.0, guided_seconds=2.0, compile_seconds=9.0 - n, log=["round"])
+    found = [Solved([np.full((2, 6), k) for k in part], part.copy(), seconds=1.0 + n, cpu_seconds=1.0, guided_seconds=2.0 + n, compile_seconds=9.0 + n, log=["round"])
              for n, part in enumerate(parts)]  # fmt: skip
     whole = side_by_side.together(5, parts, found)
     np.testing.assert_array_equal(whole.stage, np.arange(5))
     assert [path[0, 0] for path in whole.paths] == list(range(5))
-    assert (whole.seconds, whole.cpu_seconds, whole.guided_seconds, whole.compile_seconds) == (2.0, 2.0, 2.0, 9.0)
+    assert (whole.seconds, whole.cpu_seconds, whole.guided_seconds, whole.compile_seconds) == (2.0, 2.0, 3.0, 9.0)
     assert whole.log == ["process 1: round", "process 2: round"]
     assert side_by_side.process_count(7, 100) == 3 and side_by_side.process_count(2, 10) == 1
+
+
+def test_a_process_that_ends_without_a_result_is_told_in_a_line() -> None:
+    ours, theirs = multiprocessing.Pipe()
+    theirs.close()
+    for ask in (side_by_side._answer, side_by_side._begin):
+        with pytest.raises(UsageError, match="--processes 1"):
+            ask(ours)
 
 
 @pytest.mark.slow

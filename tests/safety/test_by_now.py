@@ -6,7 +6,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hrcjax.safety import SafetyParams, initial_zone, monitor, nearest_by_now
+from hrcjax.cells import make_cell
+from hrcjax.safety import MISSING_DATA, SafetyParams, initial_zone, monitor, nearest_by_now
+from hrcjax.sim import Separation, separation_monitor
+from hrcjax.sim.govern import Rows
 
 PARAMS = SafetyParams()
 NEAR, FAST = 0.6, PARAMS.ssm.v_h_near
@@ -39,3 +42,36 @@ def test_the_monitor_limits_by_it_and_its_zone_by_the_distance() -> None:
     assert alone.point_limit[1] > alone.point_limit[0]
     assert both.point_limit[1] == both.point_limit[0] == alone.point_limit[0]
     assert both.zone == alone.zone
+
+
+def test_by_now_never_raises_a_limit_and_missing_numbers_hold() -> None:
+    d = jnp.asarray([0.6, 0.7])
+    tick = jax.jit(lambda by_now: monitor(PARAMS, initial_zone(jnp.float64), d, 0 * d, 0.05, 0.008, by_now=by_now)[1])
+    np.testing.assert_array_equal(tick(d + 8.0).point_limit, tick(d).point_limit)
+    for missing in (jnp.nan, jnp.inf):
+        held = tick(jnp.asarray([0.6, missing]))
+        assert held.hold and int(held.reasons) & MISSING_DATA and not held.point_limit.any()
+
+
+def test_the_nearest_of_every_points_surfaces() -> None:
+    """Two control points of the arm, three surfaces each."""
+    arm = make_cell().arm
+    points = len(arm.control_radii)
+    distance = jnp.full((points, 3), 2.0).at[0].set(jnp.asarray([0.5, 0.3, 0.9])).at[1, 2].set(0.1)
+    found = Rows.towards(arm, distance, jnp.zeros((points, 3, 3)), jnp.zeros((points, 3, 6))).nearest()
+    np.testing.assert_array_equal(found[:9], [0.3] * 3 + [0.1] * 3 + [2.0] * 3)
+
+
+def test_the_cells_monitor_limits_the_farther_surface_too() -> None:
+    d, nearest = jnp.asarray([0.6, 0.7, 1.9]), jnp.full(3, 0.6)
+    yes, dt = jnp.asarray(True), jnp.asarray(0.008)
+    decide = jax.jit(
+        lambda nearest: (
+            separation_monitor(
+                PARAMS, initial_zone(jnp.float64), Separation(d, 0 * d, jnp.asarray(0.05), yes, ~yes, dt, None, nearest)
+            )[1].point_limit
+        )
+    )
+    alone, both = decide(d), decide(nearest)
+    assert alone[0] < alone[1] < alone[2]
+    assert both[1] == both[0] == alone[0] and both[0] < both[2] <= alone[2]
