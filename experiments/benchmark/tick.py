@@ -15,6 +15,7 @@ Python's garbage collection is off while the clock runs. `deadline_share` is the
 
 import gc
 import json
+import os
 import subprocess
 import sys
 import time
