@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from hrcjax.body.least_squares import scaled_solve
+from hrcjax.body.least_squares import inverse_spd
 from hrcjax.body.params import BodyParams
 from hrcjax.body.state import KNOWN, PLACES, SHAPE, BodyState
 from hrcjax.typing import Array, Float, Scalar
@@ -37,21 +37,22 @@ def predict(params: BodyParams, state: BodyState, dt: Scalar) -> BodyState:
 
 
 def corrected(
-    state: BodyState, known: Float[Array, "known"], information: Float[Array, "known known"]
+    state: BodyState, known: Float[Array, "known"], before: Float[Array, "known known"], information: Float[Array, "known known"]
 ) -> tuple[Float[Array, "joint 3"], Float[Array, "all all"]]:
     """Speeds and covariance after a fit has moved what is measured: Kalman's correction, whose gain speeds get by their correlation.
 
     Args:
         state: as predicted.
         known: the fit's places, lengths and radii.
-        information: its normal matrix.
+        before: inverse of their covariance as predicted.
+        information: the fit's normal matrix.
     """
     P = state.covariance
-    before = jnp.concatenate([state.joints.reshape(-1), state.lengths, state.radii])
+    moved = known - jnp.concatenate([state.joints.reshape(-1), state.lengths, state.radii])
     Pyy, Pyv, Pvv = P[:KNOWN, :KNOWN], P[:KNOWN, KNOWN:], P[KNOWN:, KNOWN:]
-    gain = scaled_solve(Pyy, Pyv).T  # (speed known)
-    after = scaled_solve(information, jnp.eye(KNOWN, dtype=P.dtype))
-    speeds = state.speeds.reshape(-1) + gain @ (known - before)
+    gain = Pyv.T @ before  # (speed known)
+    after = inverse_spd(information)
+    speeds = state.speeds.reshape(-1) + gain @ moved
     Pvy = gain @ after
     Pvv = Pvv - gain @ (Pyy - after) @ gain.T
     whole = jnp.block([[after, Pvy.T], [Pvy, Pvv]])

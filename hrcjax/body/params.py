@@ -51,8 +51,14 @@ class BodyParams(eqx.Module):
     """Time in which the speed of what is not seen falls to 1/e [s]."""
     least_points: Scalar = 20.0
     """Points with which a body is looked for [1]."""
-    explained: Scalar = 0.6
-    """Share of the points that must lie within `doubt` of the surface for the track to hold [1]."""
+    close: Scalar = 0.03
+    """Points this near to the surface are explained [m]."""
+    explained: Scalar = 0.5
+    """Share of the points that must be explained for the track to hold [1]."""
+    doubtful: Scalar = 0.9
+    """Share under which other bodies are tried besides [1]."""
+    young: Scalar = 1.0
+    """Age of a track up to which they are, too [s]."""
     bad_frames: Scalar = 2.0
     """Frames in a row without it, or without points, after which the track is lost [1]."""
     part_points: Scalar = 3.0
@@ -69,8 +75,10 @@ class BodyParams(eqx.Module):
     """Gain of speed that is counted on over the reaction time [m/s^2]."""
     iterations: int = eqx.field(static=True, default=6)
     """Steps of Levenberg-Marquardt in a frame."""
-    start_iterations: int = eqx.field(static=True, default=12)
+    start_iterations: int = eqx.field(static=True, default=8)
     """The same of a first guess."""
+    guesses: int = eqx.field(static=True, default=3)
+    """First guesses that are tried in a frame."""
     learn: bool = eqx.field(static=True, default=True)
     """Whether lengths and radii are learnt."""
     warm: bool = eqx.field(static=True, default=True)

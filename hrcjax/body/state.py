@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from hrcjax.body.params import BodyParams
 from hrcjax.body.skeleton import JOINTS, LENGTHS, PARTS, RADIUS_NAMES
-from hrcjax.typing import Array, Bool, Float
+from hrcjax.typing import Array, Bool, Float, Int
 
 PLACES = 3 * len(JOINTS)
 SHAPE = len(LENGTHS) + len(RADIUS_NAMES)
@@ -34,6 +34,8 @@ class BodyState(eqx.Module):
     """Frames in a row that the body does not explain [1]."""
     facing: Float[Array, ""]
     """Evidence that left and right are not exchanged, averaged over the last frames; see `facing_evidence` [1]."""
+    turn: Int[Array, ""]
+    """Frames so far: which first guesses come next [1]."""
     tracked: Bool[Array, ""]
     """Whether there is a track."""
 
@@ -86,5 +88,6 @@ def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> B
         age=zero,
         bad=zero,
         facing=zero,
+        turn=jnp.zeros((), jnp.int32),
         tracked=jnp.asarray(False),
     )

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
 from hrcjax.body.guess import farthest_hand, guess_bodies, poles, reaching_arm
-from hrcjax.body.least_squares import Problem, cost, fit_body, joined, normal_equations, scaled_solve, split
+from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
 from hrcjax.body.motion import corrected, predict
 from hrcjax.body.params import BodyParams
 from hrcjax.body.priors import Landmarks, frame_of
@@ -17,8 +17,10 @@ from hrcjax.geom.cloud import Cloud
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Mask, Points, Scalar, Vector3
 
-REFINED = 3
-"""First guesses that are refined, the best before."""
+MUCH = 0.15
+"""Share of its cost by which another body must be better to replace one, besides `BodyParams.better` [1]."""
+LOOSE = 1.0
+"""Information about every joint of a first guess [1/m^2]."""
 LEFT_OVER = 4.0
 """Points that no part explains with which an arm is looked for elsewhere [1]."""
 FACING = 2.0
@@ -57,17 +59,19 @@ def track_body(
     cloud = Cloud(jnp.where(cloud.mask[:, None], points, 0.0), cloud.mask)
     dt = jnp.asarray(dt, points.dtype)
 
-    def goes_on() -> tuple[BodyState, Near]:
-        return _follow(params, state, cloud, dt, landmarks)
-
-    def begins() -> tuple[BodyState, Near]:
-        return _begin(params, state, cloud, dt, eye, landmarks)
-
     if params.warm:
-        after, near = jax.lax.cond(state.tracked, goes_on, begins)
+        nothing = state, _nowhere(cloud)
+        after, near = jax.lax.cond(state.tracked, lambda: _follow(params, state, cloud, dt, landmarks), lambda: nothing)
+        share, _ = _explained(params, cloud, near)
+        doubtful = ~state.tracked | (share < params.doubtful) | (state.age < params.young)
+        after, near, new = jax.lax.cond(
+            doubtful,
+            lambda: _second_opinion(params, after, near, cloud, eye, landmarks),
+            lambda: (after, near, jnp.asarray(False)),
+        )
     else:
-        after, near = begins()
-    after, seen, share = _judge(params, state, after, cloud, near, dt)
+        after, near, new = _second_opinion(params, initial_body(params, points.dtype), _nowhere(cloud), cloud, eye, landmarks)
+    after, seen, share = _judge(params, state, after, cloud, near, dt, new)
     places = after.covariance[:PLACES, :PLACES].reshape(11, 3, 11, 3)
     speeds = after.covariance[KNOWN:, KNOWN:].reshape(11, 3, 11, 3)
     each = jnp.arange(11)
@@ -78,50 +82,53 @@ def track_body(
     return after, fit
 
 
+def _nowhere(cloud: Cloud) -> Near:
+    """No body: every point is far from it."""
+    zero = jnp.zeros_like(cloud.points[:, 0])
+    return Near(zero + 1.0, jnp.zeros(zero.shape, jnp.int32), zero, jnp.zeros_like(cloud.points))
+
+
+def _explained(params: BodyParams, cloud: Cloud, near: Near) -> tuple[Array, Array]:
+    """Share of the points that lie on the surface [1], and which do."""
+    close = cloud.mask & (jnp.abs(near.distance) < params.close)
+    count = jnp.sum(cloud.mask, dtype=near.distance.dtype)
+    return jnp.sum(close, dtype=count.dtype) / jnp.maximum(count, 1.0), close
+
+
 def _judge(
-    params: BodyParams, before: BodyState, after: BodyState, cloud: Cloud, near: Near, dt: Array
+    params: BodyParams, before: BodyState, after: BodyState, cloud: Cloud, near: Near, dt: Array, new: Array
 ) -> tuple[BodyState, Array, Array]:
-    """Whether the track holds; points on each part, and the share of points that are explained."""
+    """Whether the track holds; points on each part, and the share of points that are explained.
+
+    Args:
+        new: whether the body is not that of the last frame.
+    """
     dtype = cloud.points.dtype
-    close = cloud.mask & (jnp.abs(near.distance) < params.doubt)
+    share, close = _explained(params, cloud, near)
     seen = jnp.sum((near.part[:, None] == jnp.arange(len(PARTS))) & close[:, None], axis=0, dtype=dtype)
-    count = jnp.sum(cloud.mask, dtype=dtype)
-    share = jnp.sum(close, dtype=dtype) / jnp.maximum(count, 1.0)
-    good = (count >= params.least_points) & (share >= params.explained) & jnp.all(jnp.isfinite(after.joints))
-    went_on = before.tracked & params.warm
+    enough = jnp.sum(cloud.mask, dtype=dtype) >= params.least_points
+    good = enough & (share >= params.explained) & jnp.all(jnp.isfinite(after.covariance))
     bad = jnp.where(good, 0.0, before.bad + 1.0).astype(dtype)
-    tracked = jnp.where(went_on, bad < params.bad_frames, good)
-    unseen = jnp.where(seen >= params.part_points, 0.0, jnp.where(went_on, before.unseen, jnp.inf) + dt)
-    age = jnp.where(went_on, before.age + dt, 0.0)
-    shape = initial_body(params, dtype)
-    lost = ~tracked
-    variances = jnp.diagonal(before.covariance)[PLACES:KNOWN]
-    kept = shape.covariance.at[jnp.arange(PLACES, KNOWN), jnp.arange(PLACES, KNOWN)].set(variances)
-
-    def choose(a: Array, b: Array) -> Array:
-        return jnp.where(lost, a, b)
-
-    state = BodyState(
-        joints=choose(before.joints, after.joints),
-        lengths=choose(before.lengths, after.lengths),
-        radii=choose(before.radii, after.radii),
-        speeds=choose(shape.speeds, after.speeds),
-        covariance=choose(kept, after.covariance),
-        unseen=choose(shape.unseen, unseen),
-        age=choose(shape.age, age),
-        bad=bad,
-        facing=choose(shape.facing, after.facing),
-        tracked=tracked,
+    tracked = jnp.where(new, good, before.tracked & (bad < params.bad_frames)) & jnp.all(jnp.isfinite(after.joints))
+    last = jnp.where(new, jnp.inf, before.unseen)
+    unseen = jnp.where(seen >= params.part_points, 0.0, last + dt)
+    empty = initial_body(params, dtype)
+    after = eqx.tree_at(
+        lambda s: (s.unseen, s.age, s.bad, s.tracked, s.turn),
+        after,
+        (unseen, jnp.where(new, 0.0, before.age + dt), bad, tracked, before.turn + 1),
     )
-    return state, seen, share
+    gone = eqx.tree_at(
+        lambda s: (s.lengths, s.radii, s.turn), empty, (before.lengths, before.radii, before.turn + 1)
+    )
+    return jax.tree.map(lambda a, b: jnp.where(tracked, a, b), after, gone), seen, share
 
 
 def _problem(params: BodyParams, state: BodyState, cloud: Cloud, dt: Array, landmarks: Landmarks | None) -> Problem:
-    P = state.covariance[:KNOWN, :KNOWN]
-    information = scaled_solve(P, jnp.eye(KNOWN, dtype=P.dtype))
+    information = inverse_spd(state.covariance[:KNOWN, :KNOWN])
     before = joined(state.joints, state.lengths, state.radii)
     share = jnp.minimum(dt / params.patience, 1.0)
-    return Problem(cloud, before, 0.5 * (information + information.T), share, landmarks)
+    return Problem(cloud, before, information, share, landmarks)
 
 
 def _finish(
@@ -129,10 +136,10 @@ def _finish(
 ) -> BodyState:
     A, _ = normal_equations(params, problem, known, near)
     joints, lengths, radii = split(known)
-    speeds, covariance = corrected(predicted, known, A)
+    speeds, covariance = corrected(predicted, known, problem.information, A)
     return BodyState(
         joints, lengths, radii, speeds, covariance, predicted.unseen, predicted.age, predicted.bad,
-        predicted.facing, predicted.tracked,
+        predicted.facing, predicted.turn, predicted.tracked,
     )  # fmt: skip
 
 
@@ -199,41 +206,48 @@ def forget(information: Float[Array, "known known"], free: Bool[Array, "known"])
     return some + jnp.diag(jnp.where(free, 1.0 / ANYWHERE**2, 0.0))
 
 
-def _begin(
-    params: BodyParams, state: BodyState, cloud: Cloud, dt: Array, eye: Vector3 | None, landmarks: Landmarks | None
-) -> tuple[BodyState, Near]:
-    """The best of several first guesses."""
+def _second_opinion(
+    params: BodyParams, state: BodyState, near: Near, cloud: Cloud, eye: Vector3 | None, landmarks: Landmarks | None
+) -> tuple[BodyState, Near, Bool[Array, ""]]:
+    """The body, or a better one from some first guesses, others in every frame; and whether it is that.
+
+    Bodies are compared by points and priors alone, whatever was before.
+    """
     dtype = cloud.points.dtype
-    guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
-    variances = jnp.diagonal(state.covariance)[PLACES:KNOWN]
-    wide = jnp.full((PLACES,), ANYWHERE**2, dtype)
-    speeds = jnp.full((PLACES,), UNKNOWN_SPEED**2, dtype)
     empty = initial_body(params, dtype)
+    guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
+    count = guesses.shape[0]
+    tries = count if not params.warm else params.guesses
+    chosen = guesses[(state.turn * tries + jnp.arange(tries)) % count]
+    variances = jnp.diagonal(empty.covariance)[PLACES:KNOWN]
+    shape = jnp.concatenate([jnp.zeros((PLACES,), dtype), 1.0 / variances])
 
-    def begun(joints: Array) -> tuple[BodyState, Problem]:
-        body = BodyState(
-            joints, state.lengths, state.radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])),
-            empty.unseen, empty.age, empty.bad, empty.facing, empty.tracked,
-        )  # fmt: skip
-        information = jnp.diag(1.0 / jnp.concatenate([wide, variances]))
-        before = joined(joints, state.lengths, state.radii)
-        return body, Problem(cloud, before, information, jnp.asarray(1.0, dtype), landmarks)
+    def problem(joints: Array) -> Problem:
+        before = joined(joints, empty.lengths, empty.radii)
+        return Problem(cloud, before, jnp.diag(shape + LOOSE * (shape == 0)), jnp.asarray(1.0, dtype), landmarks)
 
-    def first(joints: Array) -> Array:
-        _, problem = begun(joints)
-        return cost(params, problem, problem.before)[0] - FACING * facing_evidence(joints, empty.speeds)
-
-    values = jax.vmap(first)(guesses)
-    _, order = jax.lax.top_k(-jnp.where(jnp.isfinite(values), values, jnp.inf), REFINED)
+    def value_of(known: Array) -> Array:
+        joints = split(known)[0]
+        return cost(params, problem(joints), known)[0] - FACING * facing_evidence(joints, empty.speeds)
 
     def refined(joints: Array) -> tuple[Array, Array, Near]:
-        _, problem = begun(joints)
-        known, value, near = fit_body(params, problem, problem.before, params.start_iterations)
-        return known, value - FACING * facing_evidence(split(known)[0], empty.speeds), near
+        begin = joined(joints, state.lengths, state.radii)
+        known, _, near = fit_body(params, problem(joints), begin, params.start_iterations)
+        return known, value_of(known), near
 
-    chosen = guesses[order]
     found, values, nears = jax.vmap(refined)(chosen)
-    best = jnp.argmin(jnp.where(jnp.isfinite(values), values, jnp.inf))
-    body, problem = begun(chosen[best])
-    near = jax.tree.map(lambda a: a[best], nears)
-    return _finish(params, problem, body, found[best], near), near
+    values = jnp.where(jnp.isfinite(values), values, jnp.inf)
+    best = jnp.argmin(values)
+    mine = value_of(joined(state.joints, state.lengths, state.radii))
+    new = ~state.tracked | (values[best] < mine - params.better - MUCH * jnp.abs(mine))
+    wide = jnp.full((PLACES,), ANYWHERE**2, dtype)
+    speeds = jnp.full((PLACES,), UNKNOWN_SPEED**2, dtype)
+    joints, lengths, radii = split(found[best])
+    begun = BodyState(
+        joints, lengths, radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])), empty.unseen, empty.age,
+        empty.bad, empty.facing, empty.turn, empty.tracked,
+    )  # fmt: skip
+    other_near = jax.tree.map(lambda a: a[best], nears)
+    information = jnp.diag(1.0 / jnp.concatenate([wide, variances]))
+    other = _finish(params, problem(joints)._replace(information=information), begun, found[best], other_near)
+    return *jax.tree.map(lambda a, b: jnp.where(new, a, b), (other, other_near), (state, near)), new
