@@ -28,7 +28,9 @@ def facing_evidence(joints: Float[Array, "joint 3"], speeds: Float[Array, "joint
     def before(one: Array, other: Array, kind: str, most: float) -> Array:
         return jnp.clip((one - other) @ forward / SCALES[kind], -most, most)
 
-    evidence = before(joints[NECK_BASE], joints[HIP], "lean", 2.0) + before(joints[CROWN], joints[NECK_BASE], "head", 1.0)
+    evidence = before(joints[NECK_BASE], joints[HIP], "lean", 2.0) + before(
+        joints[CROWN], joints[NECK_BASE], "head", 1.0
+    )
     evidence = evidence + 0.5 * jnp.clip(speeds[HIP] @ forward / SCALES["walk"], -1.0, 1.0)
     for shoulder, elbow, wrist, _ in (LEFT, RIGHT):
         evidence = evidence + before(joints[wrist], joints[shoulder], "wrist", 2.0)

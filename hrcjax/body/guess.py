@@ -47,7 +47,13 @@ def reaching_arm(
 
 
 def farthest_hand(
-    points: Float[Array, "point 3"], among: Mask, shoulder: Vector3, hip: Vector3, neck: Vector3, reach: Scalar, radius: Scalar
+    points: Float[Array, "point 3"],
+    among: Mask,
+    shoulder: Vector3,
+    hip: Vector3,
+    neck: Vector3,
+    reach: Scalar,
+    radius: Scalar,
 ) -> tuple[Vector3, Float[Array, ""]]:
     """Where the fingers' axis may end: at the point farthest from the trunk that the arm reaches [m]; and how many points there are.
 

@@ -37,7 +37,10 @@ def predict(params: BodyParams, state: BodyState, dt: Scalar) -> BodyState:
 
 
 def corrected(
-    state: BodyState, known: Float[Array, "known"], before: Float[Array, "known known"], information: Float[Array, "known known"]
+    state: BodyState,
+    known: Float[Array, "known"],
+    before: Float[Array, "known known"],
+    information: Float[Array, "known known"],
 ) -> tuple[Float[Array, "joint 3"], Float[Array, "all all"]]:
     """Speeds and covariance after a fit has moved what is measured: Kalman's correction, whose gain speeds get by their correlation.
 

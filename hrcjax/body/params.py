@@ -69,6 +69,12 @@ class BodyParams(eqx.Module):
     """Age of a track from which on its speeds count [s]."""
     sure_position: Scalar = 0.04
     """Largest standard deviation of a part's place with which its speed counts [m]."""
+    sure_unseen: Scalar = 0.07
+    """Time for which a part may be unseen and its speed still counts: two images [s]."""
+    sure_explained: Scalar = 0.85
+    """Share of the points that must be explained for speeds to count [1]."""
+    rivals: Scalar = 0.06
+    """Parts whose distance is greater than the least by less than this may be the nearest [m]."""
     deviations: Scalar = 2.5
     """Standard deviations by which a measured speed is raised [1]."""
     human_acceleration: Scalar = 4.0

@@ -77,7 +77,9 @@ def shape_deviations(params: BodyParams, dtype: jnp.dtype) -> Float[Array, "shap
 def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> BodyState:
     """Nobody is followed."""
     zero = jnp.zeros((), dtype)
-    variances = jnp.concatenate([jnp.ones(PLACES, dtype), shape_deviations(params, dtype) ** 2, jnp.ones(PLACES, dtype)])
+    variances = jnp.concatenate(
+        [jnp.ones(PLACES, dtype), shape_deviations(params, dtype) ** 2, jnp.ones(PLACES, dtype)]
+    )
     return BodyState(
         joints=jnp.zeros((len(JOINTS), 3), dtype),
         lengths=jnp.asarray(params.lengths, dtype),

@@ -70,7 +70,9 @@ def track_body(
             lambda: (after, near, jnp.asarray(False)),
         )
     else:
-        after, near, new = _second_opinion(params, initial_body(params, points.dtype), _nowhere(cloud), cloud, eye, landmarks)
+        after, near, new = _second_opinion(
+            params, initial_body(params, points.dtype), _nowhere(cloud), cloud, eye, landmarks
+        )
     after, seen, share = _judge(params, state, after, cloud, near, dt, new)
     places = after.covariance[:PLACES, :PLACES].reshape(11, 3, 11, 3)
     speeds = after.covariance[KNOWN:, KNOWN:].reshape(11, 3, 11, 3)
@@ -118,9 +120,7 @@ def _judge(
         after,
         (unseen, jnp.where(new, 0.0, before.age + dt), bad, tracked, before.turn + 1),
     )
-    gone = eqx.tree_at(
-        lambda s: (s.lengths, s.radii, s.turn), empty, (before.lengths, before.radii, before.turn + 1)
-    )
+    gone = eqx.tree_at(lambda s: (s.lengths, s.radii, s.turn), empty, (before.lengths, before.radii, before.turn + 1))
     return jax.tree.map(lambda a, b: jnp.where(tracked, a, b), after, gone), seen, share
 
 
