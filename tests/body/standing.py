@@ -21,7 +21,7 @@ def pose(hand: tuple[float, float, float] = (0.35, 0.0, -0.25), lean: float = 0.
                 lean=as_array(lean),
                 hand=(as_array(hand), as_array([0.15, 0.06, -0.5])),
                 stride=as_array(0.0),
-            )  # fmt: skip
+            )
         )
     )
 

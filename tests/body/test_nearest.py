@@ -4,11 +4,11 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from standing import person_of, pose
 
 from hrcjax.body import BodyFit, BodyParams, ahead, joints_of, measured_speed, nearest_part
 from hrcjax.body.skeleton import USUAL_LENGTHS, USUAL_RADII
 from hrcjax.safety.pfl import BODY_REGIONS
-from standing import person_of, pose
 
 PARAMS = BodyParams()
 

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from standing import gaps, person_of, pose, surface_points
 
 from hrcjax.body.least_squares import inverse_spd
 from hrcjax.body.params import BodyParams
@@ -10,7 +11,6 @@ from hrcjax.body.priors import Landmarks, landmark_residuals, prior_slopes
 from hrcjax.body.skeleton import PARTS, USUAL_LENGTHS, USUAL_RADII, joints_of, part_capsules
 from hrcjax.body.surface import distance_slopes, nearest_parts
 from hrcjax.geom.shape import capsule_point_distance
-from standing import gaps, person_of, pose, surface_points
 
 
 def test_the_parts_are_the_capsules_of_the_projects_people() -> None:

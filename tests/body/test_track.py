@@ -7,9 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from standing import SEEN_FROM, person_of, pose, surface_points
 
 from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, track_body
-from standing import SEEN_FROM, person_of, pose, surface_points
 
 DT = 1 / 30
 
