@@ -21,6 +21,7 @@ from hrcjax.body import (
     part_capsules,
     track_body,
 )
+from hrcjax.numerics import unrolled_options
 from hrcjax.typing import Array
 
 from .truth import ARM_PARTS, approach_speeds, arm_axis_points, arm_places, axis_distance, nearest_of
@@ -47,7 +48,7 @@ def _frame(variant: str) -> Any:
     def frame(state: BodyState, points: Array, mask: Array, dt: Array, eye: Array) -> tuple[BodyState, BodyFit]:
         return track_body(params, state, points, mask, dt, eye)
 
-    return jax.jit(frame)
+    return jax.jit(frame, compiler_options=unrolled_options())
 
 
 @cache

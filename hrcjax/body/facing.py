@@ -1,9 +1,9 @@
-"""Which way a body faces: a trunk looks the same from both sides, but arms and trunks bend forward."""
+"""Which way a body faces: a trunk looks the same from both sides, but people mostly face the robot, walk forward, and bend their elbows back."""
 
 import equinox as eqx
 import jax.numpy as jnp
 
-from hrcjax.body.skeleton import CROWN, HIP, LEFT, NECK_BASE, RIGHT
+from hrcjax.body.skeleton import HIP, LEFT, RIGHT
 from hrcjax.body.state import KNOWN, PLACES, BodyState
 from hrcjax.numerics import unit
 from hrcjax.typing import Array, Bool, Float
@@ -12,11 +12,15 @@ OTHER_SIDE = (0, 1, 2, 4, 3, 6, 5, 8, 7, 10, 9)
 """Every joint's like on the other side."""
 OTHER_PART = (0, 1, 2, 3, 5, 4, 7, 6, 9, 8)
 """And every part's."""
-SCALES = {"wrist": 0.15, "elbow": 0.05, "lean": 0.1, "head": 0.1, "walk": 0.5}
-"""How far before shoulder, shoulder-wrist line, hip and neck something is for an evidence of 1 [m]; of the hip's speed [m/s]."""
+BASE, WALK, ELBOW = 1.0, 2.0, 1.0
+"""Weights of facing the robot's base, of walking forward, and of each elbow that is behind [1]."""
+WALKING = 0.5
+"""Speed of the hip from which on walking counts in full [m/s]."""
+ELBOW_BACK = 0.05
+"""How far behind the line from shoulder to wrist an elbow is that counts in full [m]."""
 SETTLE = 0.3
 """Time over which the evidence is averaged [s]."""
-TURNED = -0.7
+TURNED = -1.0
 """Evidence under which left and right are exchanged [1]."""
 
 
@@ -25,16 +29,12 @@ def facing_evidence(joints: Float[Array, "joint 3"], speeds: Float[Array, "joint
     left = joints[LEFT[0]] - joints[RIGHT[0]]
     forward = unit(jnp.stack([left[1], -left[0], jnp.zeros_like(left[0])]))
 
-    def before(one: Array, other: Array, kind: str, most: float) -> Array:
-        return jnp.clip((one - other) @ forward / SCALES[kind], -most, most)
-
-    evidence = before(joints[NECK_BASE], joints[HIP], "lean", 2.0) + before(
-        joints[CROWN], joints[NECK_BASE], "head", 1.0
-    )
-    evidence = evidence + 0.5 * jnp.clip(speeds[HIP] @ forward / SCALES["walk"], -1.0, 1.0)
+    hip = joints[HIP]
+    to_base = unit(jnp.stack([-hip[0], -hip[1], jnp.zeros_like(hip[0])]))
+    evidence = BASE * forward @ to_base + WALK * jnp.clip(speeds[HIP] @ forward / WALKING, -1.0, 1.0)
     for shoulder, elbow, wrist, _ in (LEFT, RIGHT):
-        evidence = evidence + before(joints[wrist], joints[shoulder], "wrist", 2.0)
-        evidence = evidence + before(0.5 * (joints[shoulder] + joints[wrist]), joints[elbow], "elbow", 1.0)
+        back = (0.5 * (joints[shoulder] + joints[wrist]) - joints[elbow]) @ forward
+        evidence = evidence + ELBOW * jnp.clip(back / ELBOW_BACK, -1.0, 1.0)
     return evidence
 
 

@@ -13,9 +13,9 @@ from hrcjax.world.scene import FLOOR_Z
 
 REST = (0.10, 0.05, -0.47)
 """A hanging wrist as seen from its shoulder: forward, outside, up [m]."""
-BEHIND = 0.15
+BEHIND = 0.35
 """How far behind its shoulder a wrist gets [m]."""
-BENT = 0.06
+BENT = 0.15
 """How far before the line from shoulder to wrist an elbow gets [m]."""
 APART = 0.2
 """How near to the trunk's axis elbows, wrists and fingers get [m]."""

@@ -10,6 +10,7 @@ import pytest
 from standing import SEEN_FROM, person_of, pose, surface_points
 
 from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, track_body
+from hrcjax.numerics import unrolled_options
 
 DT = 1 / 30
 
@@ -21,7 +22,7 @@ def program() -> Any:
     def frame(state: BodyState, points: jax.Array, mask: jax.Array, found: Landmarks) -> tuple[BodyState, BodyFit]:
         return track_body(BodyParams(), state, points, mask, DT, jnp.asarray(SEEN_FROM, jnp.float32), found)
 
-    return jax.jit(frame)
+    return jax.jit(frame, compiler_options=unrolled_options())
 
 
 def none_found() -> Landmarks:
