@@ -37,6 +37,8 @@ class BodyConfig:
     """Length of an episode [s]."""
     variants: tuple[str, ...] = ("full", "cold", "fixed")
     """Trackers: full, cold (every frame begins anew), fixed (lengths and radii as usual)."""
+    compared: int = 4
+    """People, the first ones, with all of these; the others have the first tracker alone."""
     quick: bool = False
     """Two motions, and the tracker alone."""
     out: Path | None = None

@@ -25,7 +25,7 @@ DEFINITIONS = {
     "sure_error": "the visible ones where the track is older than 0.3 s and explains 85 % of the points",
     "exchanged_share": "tracked images in which left and right are exchanged",
     "exchanges": "times that left and right are exchanged, or back, within a track",
-    "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure, in multiples of the 4 between two comparisons",
+    "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure, in multiples of the 6 between two comparisons",
     "region_right": "body region of the part nearest to the arm is the exact one, where there is a track",
     "region_right_sure": "the same where the track is sure",
     "sure_share": "images in which speed and region are sure, of those with a track",
@@ -35,7 +35,11 @@ DEFINITIONS = {
     "speed_bound": "the bound v_h where sure; assumed is 1.6 m/s",
     "frame_ms": "time of one frame, compiled, on the machine of this run, whatever else it does",
 }
-WAYS = {"_cold": "; every frame begins anew", "_fixed": "; lengths and radii are not learnt"}
+WAYS = {
+    "_cold": "; every frame begins anew, of the first people",
+    "_fixed": "; lengths and radii are not learnt, of the first people",
+    "_same": "; the tracker itself, of the same first people",
+}
 
 
 def row(value: Any, unit: str = "1") -> dict[str, Any]:
@@ -149,4 +153,8 @@ def all_rows(cases: Cases) -> Rows:
         rows |= track_rows(some, "" if variant == "full" else f"_{variant}")
         if variant == "full":
             rows |= speed_rows(some)
+            compared = {
+                name: some[name] for name in some if any(name in other for v, other in cases.items() if v != "full")
+            }
+            rows |= track_rows(compared, "_same") if compared else {}
     return rows

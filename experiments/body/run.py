@@ -20,7 +20,7 @@ from .config import BodyConfig
 from .page import page
 from .rows import all_rows, holds
 from .seen import SCENE, Bench
-from .tracks import VARIANTS, measured
+from .tracks import VARIANTS, measured, with_places
 
 AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")
 """Files that only read finished cases."""
@@ -30,7 +30,7 @@ def _check(config: BodyConfig) -> None:
     among(config, "variants", tuple(VARIANTS))
     each_once(config, "variants", "people")
     check_worlds((SCENE,), with_recordings(config.people, config.recordings))
-    at_least(config, 0, "seed")
+    at_least(config, 0, "seed", "compared")
     at_least(config, 2, "seconds")
     check_outputs(config, "json", "page")
 
@@ -44,15 +44,15 @@ def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
 
     @cache
     def seen(name: str) -> dict[str, Any]:
-        return bench().seen(name)
+        return with_places(bench().seen(name))
 
     def one(name: str, variant: str) -> Mapping[str, Any]:
         return measured(seen(name), variant)
 
     mark = fingerprint({"seconds": config.seconds, "seed": config.seed})[:6]
     found: dict[str, tuple[str, Make]] = {}
-    for name in with_recordings(config.people, config.recordings):
-        for variant in config.variants:
+    for k, name in enumerate(with_recordings(config.people, config.recordings)):
+        for variant in config.variants if k < config.compared else config.variants[:1]:
             file = f"{variant}/{person_key(name)}-{mark}"
             found[f"{variant}/{Path(name).stem}"] = (file, partial(one, name, variant))
     return found

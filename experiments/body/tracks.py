@@ -31,14 +31,12 @@ VARIANTS = {
     "cold": replace(BodyParams(), warm=False),
     "fixed": replace(BodyParams(), learn=False),
 }
-EVERY = 4
+EVERY = 6
 """Images between two that are compared."""
 REACTION, PERIOD = 0.1, 1 / 30
 """Reaction time of the safety layer, and time between two images [s]."""
 ASSUMED = 1.6
 """Speed of a person who is not measured (ISO 13855) [m/s]."""
-TIMED = 60
-"""Frames that are timed one by one."""
 
 
 @cache
@@ -84,11 +82,21 @@ def true_joints(seen: dict[str, NDArray]) -> NDArray:
     return np.stack([a[:, 0], a[:, 2], b[:, 3], a[:, 4], a[:, 5], *(b[:, k] for k in range(4, 10))], axis=1)
 
 
-def measured(seen: dict[str, NDArray], variant: str) -> dict[str, NDArray]:
-    """Everything that is stored of one person with one tracker."""
-    fit, seconds = follow(seen, variant)
+def with_places(seen: dict[str, NDArray]) -> dict[str, NDArray]:
+    """The images with places on the exact arms, in those that are compared."""
     frames = np.arange(3, len(seen["stamps"]) - 1, EVERY)
     places, outside, visible = arm_places(seen, frames)
+    return seen | {"frames": frames, "places": places, "outside": outside, "visible": visible}
+
+
+def measured(seen: dict[str, NDArray], variant: str) -> dict[str, NDArray]:
+    """Everything that is stored of one person with one tracker.
+
+    Args:
+        seen: `with_places`.
+    """
+    fit, seconds = follow(seen, variant)
+    frames, places, outside, visible = (seen[name] for name in ("frames", "places", "outside", "visible"))
     capsules = jax.tree.map(np.asarray, part_capsules(jnp.asarray(fit.joints[frames]), jnp.asarray(fit.radii[frames])))
     error = np.stack(
         [

@@ -24,6 +24,7 @@ def surface_places(a: NDArray, b: NDArray, radius: float) -> NDArray:
     height, turn = 1 - 2 * k / PLACES, np.pi * (1 + 5**0.5) * k
     flat = np.sqrt(1 - height**2)
     u = np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)  # a spiral on the sphere
+    u = u[np.random.default_rng(0).permutation(PLACES)]
     axis = b - a
     length = np.linalg.norm(axis)
     along = axis / max(length, 1e-9)
@@ -43,7 +44,7 @@ def exposed(p: NDArray, a: NDArray, b: NDArray, radius: NDArray, own: int) -> ND
 
 def seen_from(p: NDArray, eye: NDArray, a: NDArray, b: NDArray, radius: NDArray) -> NDArray:
     """Places between which and an eye no capsule is."""
-    way = np.linspace(0.004, 0.9, 80)[None, :, None] ** 1.5
+    way = np.linspace(0.02, 0.9, 40)[None, :, None] ** 1.5
     q = p[:, None] + way * (eye - p)[:, None]
     return np.logical_and.reduce(
         [(axis_distance(q, a[k], b[k]) > radius[k] - 0.003).all(1) for k in range(len(radius))]

@@ -112,13 +112,13 @@ def _judge(
     good = enough & (share >= params.explained) & jnp.all(jnp.isfinite(after.covariance))
     bad = jnp.where(good, 0.0, before.bad + 1.0).astype(dtype)
     tracked = jnp.where(new, good, before.tracked & (bad < params.bad_frames)) & jnp.all(jnp.isfinite(after.joints))
-    last = jnp.where(new, jnp.inf, before.unseen)
+    last = jnp.where(new, jnp.inf, after.unseen)
     unseen = jnp.where(seen >= params.part_points, 0.0, last + dt)
     empty = initial_body(params, dtype)
     after = eqx.tree_at(
         lambda s: (s.unseen, s.age, s.bad, s.tracked, s.turn),
         after,
-        (unseen, jnp.where(new, 0.0, before.age + dt), bad, tracked, before.turn + 1),
+        (unseen, jnp.where(new, 0.0, after.age + dt), bad, tracked, before.turn + 1),
     )
     gone = eqx.tree_at(lambda s: (s.lengths, s.radii, s.turn), empty, (before.lengths, before.radii, before.turn + 1))
     return jax.tree.map(lambda a, b: jnp.where(tracked, a, b), after, gone), seen, share
@@ -161,7 +161,9 @@ def _follow(
     gain = jnp.minimum(dt / SETTLE, 1.0)
     facing = state.facing + gain * (facing_evidence(after.joints, after.speeds) - state.facing)
     turn = facing < TURNED
-    after = eqx.tree_at(lambda s: s.facing, after, jnp.where(turn, -facing, facing))
+    # a body turned round is a new one: what left and right were is not to be relied on
+    fresh = jnp.where(turn, -facing, facing), jnp.where(turn, 0.0, after.age)
+    after = eqx.tree_at(lambda s: (s.facing, s.age), after, fresh)
     near = near._replace(part=jnp.where(turn, jnp.asarray(OTHER_PART)[near.part], near.part))
     return turned_round(after, turn), near
 

@@ -16,18 +16,18 @@ def test_places_lie_on_the_surface_and_all_around() -> None:
 
 def test_a_place_behind_another_capsule_is_not_seen() -> None:
     a = np.array([[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]])
-    b, radius = a + [0.0, 0.0, 0.3], np.array([0.1, 0.1])
+    b, radius = a + np.array([0.0, 0.0, 0.3]), np.array([0.1, 0.1])
     p = np.array([[1.0 + 0.1, 0.0, 0.6], [1.0 - 0.1, 0.0, 0.6]])
     assert seen_from(p, np.array([3.0, 0.0, 0.6]), a, b, radius).tolist() == [True, False]
     assert seen_from(p, np.array([-3.0, 0.0, 0.6]), a, b, radius).tolist() == [False, False]
     assert exposed(p, a, b, radius, 1).all()
-    assert not exposed(p + [0.0, 0.0, BOX[1][2]], a, b, radius, 1).any()
+    assert not exposed(p + np.array([0.0, 0.0, BOX[1][2]]), a, b, radius, 1).any()
 
 
 def test_approach_is_the_rate_of_the_distance() -> None:
     t = np.arange(12) / 30
     a = np.stack([1.0 - 0.5 * t, 0 * t, 0 * t], axis=1)[:, None]
-    seen = {"a": a, "b": a + [0, 0, 0.2], "radius": np.full((12, 1), 0.1), "stamps": t}
+    seen = {"a": a, "b": a + np.array([0.0, 0.0, 0.2]), "radius": np.full((12, 1), 0.1), "stamps": t}
     now, most = approach_speeds(seen, 4, np.zeros(3), 0.1)
     np.testing.assert_allclose([now, most], 0.5, atol=1e-6)
 
