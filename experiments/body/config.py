@@ -9,7 +9,8 @@ from hrcjax.lab.configs import parse_config
 DESCRIPTION = """Follow a person's body in the images of two depth cameras, and compare it with the exact person, image by image:
 surfaces of arms and hands, the body region nearest to the arm, left and right, speeds towards the arm, and time.
 
-Beside the tracker: begun anew in every frame ("cold"), without learning lengths ("fixed"), and the nearest point alone.
+Beside the tracker: begun anew in every frame ("cold"), without learning lengths ("fixed"), told wrong radii ("thick"), and the nearest
+point alone.
 Every person is stored as they come: an interrupted program is resumed by the same command.
 
 Examples:
@@ -35,8 +36,8 @@ class BodyConfig:
     """Seed of noise and motions."""
     seconds: float = 12.0
     """Length of an episode [s]."""
-    variants: tuple[str, ...] = ("full", "cold", "fixed")
-    """Trackers: full, cold (every frame begins anew), fixed (lengths and radii as usual)."""
+    variants: tuple[str, ...] = ("full", "fixed", "thick", "cold")
+    """Trackers: full, fixed (lengths and radii as usual), thick (told radii of 1.1 times the exact ones), cold (every frame begins anew)."""
     compared: int = 4
     """People, the first ones, with all of these; the others have the first tracker alone."""
     quick: bool = False

@@ -226,7 +226,7 @@ def _second_opinion(
 
     def problem(joints: Array) -> Problem:
         before = joined(joints, empty.lengths, empty.radii)
-        return Problem(cloud, before, jnp.diag(shape + LOOSE * (shape == 0)), jnp.asarray(1.0, dtype), landmarks)
+        return Problem(cloud, before, jnp.diag(jnp.where(shape == 0, LOOSE, shape)), jnp.asarray(1.0, dtype), landmarks)
 
     def value_of(known: Array) -> Array:
         joints = split(known)[0]

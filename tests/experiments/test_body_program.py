@@ -39,7 +39,7 @@ def _case(wrong: slice, frames: int = 60) -> dict[str, np.ndarray]:
     every, some = np.ones(frames, bool), np.ones(error.shape, bool)
     speed = np.zeros(len(compared))
     return {
-        "frames": compared, "error": error, "outside": some, "visible": some, "tracked": every, "age": np.arange(frames) / 30 + 1,
+        "clean": np.asarray(True), "frames": compared, "error": error, "outside": some, "visible": some, "tracked": every, "age": np.arange(frames) / 30 + 1,
         "explained": np.ones(frames), "exchanged": ~every, "seconds": np.full(frames, 0.002), "count": np.full(frames, 100),
         "region": speed, "true_region": speed, "sure": speed + 1, "speed": speed, "bound": speed + 0.5, "true_speed": speed,
         "true_most": speed, "point_speed": speed,
