@@ -25,7 +25,7 @@ DEFINITIONS = {
     "sure_error": "the visible ones where the track is older than 0.3 s and explains 85 % of the points",
     "exchanged_share": "tracked images in which left and right are exchanged",
     "exchanges": "times that left and right are exchanged, or back, within a track",
-    "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure, in multiples of the 6 between two comparisons",
+    "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure, in multiples of the 12 between two comparisons",
     "region_right": "body region of the part nearest to the arm is the exact one, where there is a track",
     "region_right_sure": "the same where the track is sure",
     "sure_share": "images in which speed and region are sure, of those with a track",
@@ -33,7 +33,7 @@ DEFINITIONS = {
     "point_speed_error": "the same of the nearest point's distance two images before and now",
     "speed_over_share": "images in which the person comes faster than the bound v_h, where sure, within the reaction time and the image after",
     "speed_bound": "the bound v_h where sure; assumed is 1.6 m/s",
-    "frame_ms": "time of one frame, compiled, on the machine of this run, whatever else it does",
+    "frame_ms": "processor time of one frame, compiled, of all threads together, on the machine of this run; its caches are shared with whatever else it does",
 }
 WAYS = {
     "_jumps": "; of recordings that jump",

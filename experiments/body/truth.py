@@ -44,7 +44,7 @@ def exposed(p: NDArray, a: NDArray, b: NDArray, radius: NDArray, own: int) -> ND
 
 def seen_from(p: NDArray, eye: NDArray, a: NDArray, b: NDArray, radius: NDArray) -> NDArray:
     """Places between which and an eye no capsule is."""
-    way = np.linspace(0.02, 0.9, 40)[None, :, None] ** 1.5
+    way = np.linspace(0.02, 0.9, 32)[None, :, None] ** 1.5
     q = p[:, None] + way * (eye - p)[:, None]
     return np.logical_and.reduce(
         [(axis_distance(q, a[k], b[k]) > radius[k] - 0.003).all(1) for k in range(len(radius))]

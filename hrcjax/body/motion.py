@@ -28,9 +28,8 @@ def predict(params: BodyParams, state: BodyState, dt: Scalar) -> BodyState:
     x, v = jnp.arange(PLACES), KNOWN + jnp.arange(PLACES)
     P = P.at[x, x].add((0.5 * a * dt * dt) ** 2 + params.settle**2).at[v, v].add((a * dt) ** 2)
     P = P.at[x, v].add(0.5 * a * a * dt**3).at[v, x].add(0.5 * a * a * dt**3)
-    if params.learn:
-        s = PLACES + jnp.arange(SHAPE)
-        P = P.at[s, s].add(params.length_drift**2 * dt)
+    s = PLACES + jnp.arange(SHAPE)
+    P = P.at[s, s].add(params.length_drift**2 * dt)
     return eqx.tree_at(
         lambda b: (b.joints, b.speeds, b.covariance), state, (state.joints + dt * state.speeds, keep * state.speeds, P)
     )

@@ -85,7 +85,5 @@ class BodyParams(eqx.Module):
     """The same of a first guess."""
     guesses: int = eqx.field(static=True, default=3)
     """First guesses that are tried in a frame."""
-    learn: bool = eqx.field(static=True, default=True)
-    """Whether lengths and radii are learnt."""
     warm: bool = eqx.field(static=True, default=True)
     """Whether a frame starts where the last one ended."""

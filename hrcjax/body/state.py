@@ -70,8 +70,7 @@ class BodyFit(eqx.Module):
 def shape_deviations(params: BodyParams, dtype: jnp.dtype) -> Float[Array, "shape"]:
     """Standard deviations of lengths and radii before anything is known [m]."""
     lengths, radii = jnp.asarray(params.length_spreads, dtype), jnp.asarray(params.radii, dtype)
-    every = jnp.concatenate([lengths, params.radius_spread * radii])
-    return every if params.learn else jnp.full_like(every, 1e-3)
+    return jnp.concatenate([lengths, params.radius_spread * radii])
 
 
 def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> BodyState:
