@@ -67,7 +67,7 @@ class BodyFit(eqx.Module):
     """Whether there is a track; nothing else means anything where there is none."""
 
 
-def shape_deviations(params: BodyParams, dtype: jnp.dtype) -> Float[Array, "shape"]:
+def shape_deviations(params: BodyParams, dtype: jnp.dtype | type) -> Float[Array, "shape"]:
     """Standard deviations of lengths and radii before anything is known [m]."""
     lengths, radii = jnp.asarray(params.length_spreads, dtype), jnp.asarray(params.radii, dtype)
     return jnp.concatenate([lengths, params.radius_spread * radii])
