@@ -86,5 +86,5 @@ def approach_speeds(seen: dict[str, NDArray], f: int, x: NDArray, ahead: float) 
     t = seen["stamps"]
     last = min(int(np.searchsorted(t, t[f] + ahead)) + 1, len(t))
     d = np.stack([nearest_of(seen, g, x)[0] for g in range(max(f - 1, 0), last)])
-    speed = -np.diff(d, axis=0) / np.diff(t[max(f - 1, 0) : last])[:, None]
+    speed = -np.diff(d, axis=0) / np.diff(t[max(f - 1, 0) : last])
     return speed[:2].mean(0), speed[1:].max(0) if len(speed) > 1 else speed[0]

@@ -29,6 +29,7 @@ def test_approach_is_the_rate_of_the_distance() -> None:
     a = np.stack([1.0 - 0.5 * t, 0 * t, 0 * t], axis=1)[:, None]
     seen = {"a": a, "b": a + np.array([0.0, 0.0, 0.2]), "radius": np.full((12, 1), 0.1), "stamps": t}
     now, most = approach_speeds(seen, 4, np.zeros(3), 0.1)
+    assert np.shape(now) == np.shape(most) == ()
     np.testing.assert_allclose([now, most], 0.5, atol=1e-6)
 
 
