@@ -58,6 +58,7 @@ def track_body(
     cloud = Cloud(points, mask & jnp.all(jnp.isfinite(points), axis=-1))
     cloud = Cloud(jnp.where(cloud.mask[:, None], points, 0.0), cloud.mask)
     dt = jnp.asarray(dt, points.dtype)
+    landmarks = jax.tree.map(lambda a: a.astype(points.dtype), landmarks)
 
     if params.warm:
         nothing = state, _nowhere(cloud)

@@ -38,7 +38,7 @@ def test_prediction_is_that_of_constant_velocity() -> None:
     P[PLACES:KNOWN, PLACES:KNOWN] += params.length_drift**2 * dt * np.eye(SHAPE)
     np.testing.assert_allclose(after.covariance, P, atol=1e-5)
     np.testing.assert_allclose(after.joints, state.joints + dt * state.speeds, atol=1e-6)
-    np.testing.assert_allclose(after.speeds, keep * state.speeds, atol=1e-6)
+    np.testing.assert_allclose(after.speeds, float(keep) * state.speeds, atol=1e-6)
 
 
 def test_correction_is_kalmans_for_a_linear_measurement() -> None:
@@ -54,7 +54,7 @@ def test_correction_is_kalmans_for_a_linear_measurement() -> None:
     step = K @ y
     information = np.linalg.inv(P[:KNOWN, :KNOWN])
     after = information + H[:, :KNOWN].T @ np.linalg.inv(R) @ H[:, :KNOWN]
-    known = joined(state.joints, state.lengths, state.radii) + step[:KNOWN]
+    known = np.asarray(joined(state.joints, state.lengths, state.radii)) + step[:KNOWN]
     speeds, covariance = corrected(
         state, jnp.asarray(known, jnp.float32), jnp.asarray(information, jnp.float32), jnp.asarray(after, jnp.float32)
     )
