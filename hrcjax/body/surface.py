@@ -33,7 +33,7 @@ def nearest_parts(joints: Float[Array, "joint 3"], radii: Float[Array, "radius"]
     along = jnp.clip(safe_divide(share, length[None, :]), 0, 1)
     square = sum((off[c] - along * axis[:, c]) ** 2 for c in range(3))
     signed = jnp.sqrt(jnp.maximum(square, 1e-12)) - capsules.radius
-    part = jnp.argmin(signed, axis=1)
+    part = jnp.argmin(signed, axis=1).astype(jnp.int32)
     rows = jnp.arange(points.shape[0])
     along = along[rows, part]
     gap = points - capsules.a[part] - along[:, None] * axis[part]

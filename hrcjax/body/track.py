@@ -165,7 +165,7 @@ def _follow(
     # a body turned round is a new one: what left and right were is not to be relied on
     fresh = jnp.where(turn, -facing, facing), jnp.where(turn, 0.0, after.age)
     after = eqx.tree_at(lambda s: (s.facing, s.age), after, fresh)
-    near = near._replace(part=jnp.where(turn, jnp.asarray(OTHER_PART)[near.part], near.part))
+    near = near._replace(part=jnp.where(turn, jnp.asarray(OTHER_PART, jnp.int32)[near.part], near.part))
     return turned_round(after, turn), near
 
 
@@ -221,7 +221,7 @@ def _second_opinion(
     guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
     count = guesses.shape[0]
     tries = count if not params.warm else params.guesses
-    chosen = guesses[(state.turn * tries + jnp.arange(tries)) % count]
+    chosen = guesses[(state.turn * tries + jnp.arange(tries, dtype=jnp.int32)) % count]
     variances = jnp.diagonal(empty.covariance)[PLACES:KNOWN]
     shape = jnp.concatenate([jnp.zeros((PLACES,), dtype), 1.0 / variances])
 
