@@ -29,9 +29,11 @@ def nearest_parts(joints: Float[Array, "joint 3"], radii: Float[Array, "radius"]
     length = jnp.sum(axis * axis, axis=1)
     # (point part) arrays, one coordinate at a time: they vectorise over points and parts
     off = [points[:, None, c] - capsules.a[None, :, c] for c in range(3)]
-    share = sum(off[c] * axis[:, c] for c in range(3))
+    share = off[0] * axis[:, 0] + off[1] * axis[:, 1] + off[2] * axis[:, 2]
     along = jnp.clip(safe_divide(share, length[None, :]), 0, 1)
-    square = sum((off[c] - along * axis[:, c]) ** 2 for c in range(3))
+    square = (
+        (off[0] - along * axis[:, 0]) ** 2 + (off[1] - along * axis[:, 1]) ** 2 + (off[2] - along * axis[:, 2]) ** 2
+    )
     signed = jnp.sqrt(jnp.maximum(square, 1e-12)) - capsules.radius
     part = jnp.argmin(signed, axis=1).astype(jnp.int32)
     rows = jnp.arange(points.shape[0])
