@@ -49,7 +49,7 @@ def test_a_person_is_found(followed: tuple[BodyState, list[BodyFit]]) -> None:
     fit = followed[1][-1]
     assert bool(fit.tracked)
     assert float(fit.explained) > 0.95
-    off = np.linalg.norm(fit.joints - joints_of(person_of(pose()))[0], axis=1)
+    off = np.linalg.norm(np.asarray(fit.joints) - np.asarray(joints_of(person_of(pose()))[0]), axis=1)
     assert off[3:].max() < 0.05  # both arms, and on the right sides
     assert np.median(off) < 0.02
 
@@ -82,7 +82,7 @@ def test_a_lost_track_is_noticed_within_three_frames_and_begun_anew() -> None:
     ages = [float(fit.age) for fit in fits]
     assert any(age < ages[5] for age in ages[6:9])
     true = np.asarray(joints_of(person_of(pose(y=0.2)))[0]) + np.array([0.9, 0.0, 0.0])
-    assert np.median(np.linalg.norm(fits[-1].joints - true, axis=1)) < 0.05
+    assert np.median(np.linalg.norm(np.asarray(fits[-1].joints) - true, axis=1)) < 0.05
 
 
 def test_without_points_there_is_no_track() -> None:
@@ -97,4 +97,4 @@ def test_landmarks_pull() -> None:
     places = none_found().joints.at[7].set(true[7].astype(jnp.float32))
     found = Landmarks(places, jnp.full((11,), 1e4, jnp.float32))
     _, fits = follow(seen, found)
-    assert np.linalg.norm(fits[-1].joints[7] - true[7]) < 0.03
+    assert np.linalg.norm(np.asarray(fits[-1].joints[7]) - np.asarray(true[7])) < 0.03
