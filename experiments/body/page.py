@@ -1,0 +1,51 @@
+"""The page of the rows, as Markdown."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hrcjax.cells.people import with_recordings
+
+from .config import BodyConfig
+from .rows import BARS, definition, holds
+
+HEAD = """# A person as a body: capsules fitted to the moving points
+
+Written by `python -m experiments.body --recordings FOLDER --json FILE --page FILE`; do not edit. `--help` explains every option.
+
+Two depth cameras of 15 Hz look in turn at the cell, with the noise, holes and flying pixels of a D435i. What contradicts the settled
+picture is a person; the mean points of the voxels that one image shows are what the body is fitted to (`hrcjax/body`). The exact
+capsules of the person are for the measures alone. Research software, not safety-rated. The loop does not use the body yet: the
+safety layer assumes the speed of a person, and the most sensitive body region.
+
+* **Body**: eleven joints, and ten capsules whose ends are fixed mixtures of them: trunk, neck, head, upper arms, forearms, hands. Places of
+  joints are what is fitted, not angles. Lengths of bones, limits of joints and how people stand are residuals; lengths and radii are
+  unknowns with a memory, so that they are learnt over frames.
+* **A frame**: prediction by constant velocity, six steps of Levenberg-Marquardt on the distances of points to the nearest capsule with
+  Geman and McClure's weights, correction as Kalman's filter. The covariance is that of the normal equations. An arm whose points nobody
+  explains is tried elsewhere. Where a track is young, or explains less than 90 % of the points, three first guesses of another body
+  are tried in every frame; the better one by points and priors stays.
+* **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round.
+* **Speeds** count where the track is older than 0.3 s, explains 85 % of the points, and every part that may be the nearest is seen and
+  known to 4 cm; elsewhere 1.6 m/s is assumed. The bound is the measured speed, 2.5 standard deviations, and 4 m/s^2 over the reaction time.
+
+People: {people}; {seconds:g} s each.
+"""
+
+
+def page(rows: Mapping[str, Mapping[str, Any]], config: BodyConfig, figures: Sequence[str] = ()) -> str:
+    """A Markdown page of the rows.
+
+    Args:
+        figures: their places from the page.
+    """
+    people = ", ".join(Path(name).stem for name in with_recordings(config.people, config.recordings))
+    lines = ["| row | value | unit | bar | what it measures |", "|---|---|---|---|---|"]
+    for name, entry in rows.items():
+        bar = f"{BARS[name][0]} {BARS[name][1]:g}" if name in BARS else ""
+        missed = " (missed)" if holds(name, entry["value"]) is False else ""
+        lines.append(f"| {name} | {entry['value']:.3g} | {entry['unit']} | {bar}{missed} | {definition(name)} |")
+    text = HEAD.format(people=people, seconds=config.seconds) + "\n" + "\n".join(lines) + "\n"
+    if figures:
+        text += "\n" + "\n".join(f"![{name}]({name})" for name in figures) + "\n"
+    return text

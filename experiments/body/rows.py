@@ -1,0 +1,168 @@
+"""The rows: value, unit, definition and bar of each."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hrcjax.lab.case_store import Case
+
+Rows = dict[str, dict[str, Any]]
+Cases = Mapping[str, Mapping[str, Case]]
+"""Tracker -> person -> what is measured."""
+
+BARS = {
+    "visible_error_p50": ("<", 25.0), "visible_error_p95": ("<", 60.0), "region_right": (">=", 0.95), "exchanges": ("<=", 0.0),
+    "unnoticed_frames_max": ("<=", 3.0), "frame_ms_p50": ("<", 8.0), "frame_ms_p95": ("<", 8.0), "speed_over_share": ("<=", 0.001),
+}  # fmt: skip
+"""Relation and bound of a row."""
+DEFINITIONS = {
+    "people": "people, each an episode of images of two cameras in turn; all other rows but one are of those without jumps of over 8 m/s",
+    "tracked_share": "images with points of at least 20 voxels in which there is a track",
+    "visible_error": "distance to the fitted part's surface of places on the exact arms and hands that a camera sees in this image or the last",
+    "whole_error": "the same of all places on their outside, seen or not, inside the box that is looked at",
+    "sure_error": "the visible ones where the track is older than 0.3 s and explains 85 % of the points",
+    "exchanged_share": "tracked images in which left and right are exchanged",
+    "exchanges": "times that left and right are exchanged, or back, within a track",
+    "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure, in multiples of the 12 between two comparisons",
+    "region_right": "body region of the part nearest to the arm is the exact one, where there is a track",
+    "region_right_sure": "the same where the track is sure",
+    "sure_share": "images in which speed and region are sure, of those with a track",
+    "speed_error": "error of the measured speed towards the arm, where sure",
+    "point_speed_error": "the same of the nearest point's distance two images before and now",
+    "speed_over_share": "images in which the person comes faster than the bound v_h, where sure, within the reaction time and the image after",
+    "speed_bound": "the bound v_h where sure; assumed is 1.6 m/s",
+    "frame_ms": "processor time of one frame, compiled, of all threads together, on the machine of this run; its caches are shared with whatever else it does",
+}
+WAYS = {
+    "_jumps": "; of recordings that jump",
+    "_thick": "; told radii of 1.1 times the exact ones, of the first people",
+    "_cold": "; every frame begins anew, of the first people",
+    "_fixed": "; lengths and radii are not learnt, of the first people",
+    "_same": "; the tracker itself, of the same first people",
+}
+
+
+def row(value: Any, unit: str = "1") -> dict[str, Any]:
+    """One row."""
+    return {"value": float(value), "unit": unit}
+
+
+def holds(name: str, value: float) -> bool | None:
+    """Whether a row is within its bar; None: it has none."""
+    if name not in BARS:
+        return None
+    relation, bound = BARS[name]
+    return {">=": value >= bound, "<=": value <= bound, "<": value < bound}[relation]
+
+
+def definition(name: str) -> str:
+    """What a row measures."""
+    base, words = name, ""
+    for end, more in WAYS.items():
+        if base.endswith(end):
+            base, words = base.removesuffix(end), more
+    for end, more in (("_p50", "; median"), ("_p95", "; 95th percentile")):
+        if base not in DEFINITIONS and base.endswith(end):
+            base, words = base.removesuffix(end), more + words
+    return DEFINITIONS.get(base, base) + words
+
+
+def _quantiles(name: str, values: NDArray, unit: str, factor: float) -> Rows:
+    if not len(values):
+        return {}
+    return {f"{name}_p{p}": row(factor * np.percentile(values, p), unit) for p in (50, 95)}
+
+
+def sure_frames(case: Case) -> NDArray:
+    """Compared images in which the whole track is old enough and explains enough."""
+    f = case["frames"]
+    return case["tracked"][f] & (case["age"][f] >= 0.3) & (case["explained"][f] >= 0.85)
+
+
+def errors(case: Case, where: str) -> NDArray:
+    """Errors of the places that are "visible", "outside", or visible in a "sure" track [m]."""
+    chosen = case["visible" if where == "sure" else where] & case["tracked"][case["frames"]][:, None, None]
+    if where == "sure":
+        chosen = chosen & sure_frames(case)[:, None, None]
+    return case["error"][chosen]
+
+
+def unnoticed(case: Case) -> int:
+    """Longest time in which the arms are wrong and the track is sure [frames]."""
+    shown = np.where(case["visible"], case["error"], np.nan).reshape(len(case["error"]), -1)
+    some = np.isfinite(shown).sum(1) >= 10
+    wrong = np.zeros(len(shown), bool)
+    wrong[some] = np.nanmedian(shown[some], axis=1) > 0.1
+    step = int(case["frames"][1] - case["frames"][0])
+    longest = run = 0
+    for one in wrong & sure_frames(case):
+        run = run + step if one else 0
+        longest = max(longest, run)
+    return longest
+
+
+def exchanges(case: Case) -> int:
+    """Times that left and right change within a track."""
+    goes_on = case["tracked"][1:] & case["tracked"][:-1] & (case["age"][1:] > case["age"][:-1])
+    return int((goes_on & (case["exchanged"][1:] != case["exchanged"][:-1])).sum())
+
+
+def track_rows(cases: Mapping[str, Case], end: str = "") -> Rows:
+    """Rows of one tracker."""
+    each = list(cases.values())
+
+    def joined(of: list[NDArray]) -> NDArray:
+        return np.concatenate([np.ravel(a) for a in of]) if of else np.zeros(0)
+
+    enough = joined([c["count"] >= 20 for c in each]).astype(bool)
+    tracked = joined([c["tracked"] for c in each]).astype(bool)
+    exchanged = joined([c["exchanged"] for c in each]).astype(bool)
+    rows: Rows = {"tracked_share": row(tracked[enough].mean() if enough.any() else 0.0)}
+    for name, where in (("visible_error", "visible"), ("whole_error", "outside"), ("sure_error", "sure")):
+        rows |= _quantiles(name, joined([errors(c, where) for c in each]), "mm", 1e3)
+    rows["exchanged_share"] = row(exchanged[tracked].mean() if tracked.any() else 0.0)
+    rows["exchanges"] = row(sum(exchanges(c) for c in each), "times")
+    rows["unnoticed_frames_max"] = row(max(unnoticed(c) for c in each), "frames")
+    rows |= _quantiles("frame_ms", joined([c["seconds"] for c in each]), "ms", 1e3)
+    return {name + end: entry for name, entry in rows.items()}
+
+
+def speed_rows(cases: Mapping[str, Case]) -> Rows:
+    """Regions and speeds at the place of the arm nearest to the person."""
+    found: dict[str, NDArray] = {}
+    names = ("region", "true_region", "sure", "speed", "bound", "true_speed", "true_most", "point_speed")
+    for name in names:
+        found[name] = np.concatenate([c[name][c["tracked"][c["frames"]]] for c in cases.values()])
+    right, sure = found["region"] == found["true_region"], found["sure"] > 0
+    if not len(right):
+        return {}
+    rows = {"region_right": row(right.mean()), "sure_share": row(sure.mean())}
+    if sure.any():
+        rows["region_right_sure"] = row(right[sure].mean())
+        rows |= _quantiles("speed_error", np.abs(found["speed"] - found["true_speed"])[sure], "m/s", 1.0)
+        rows |= _quantiles("point_speed_error", np.abs(found["point_speed"] - found["true_speed"])[sure], "m/s", 1.0)
+        rows["speed_over_share"] = row((found["true_most"] > found["bound"] + 1e-6)[sure].mean())
+        rows |= _quantiles("speed_bound", found["bound"][sure], "m/s", 1.0)
+    return rows
+
+
+def all_rows(cases: Cases) -> Rows:
+    """Every row, in the order of the page."""
+    rows: Rows = {"people": row(len(cases["full"]) if "full" in cases else 0, "people")}
+    for variant, everybody in cases.items():
+        some = {name: case for name, case in everybody.items() if case["clean"]}
+        wild = [unnoticed(case) for case in everybody.values() if not case["clean"]]
+        if wild and variant == "full":
+            rows["unnoticed_frames_max_jumps"] = row(max(wild), "frames")
+        if not some:
+            continue
+        rows |= track_rows(some, "" if variant == "full" else f"_{variant}")
+        if variant == "full":
+            rows |= speed_rows(some)
+            compared = {
+                name: some[name] for name in some if any(name in other for v, other in cases.items() if v != "full")
+            }
+            rows |= track_rows(compared, "_same") if compared else {}
+    return rows

@@ -1,0 +1,109 @@
+"""One run of the program: from options to images, tracks, rows, page and figures."""
+
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+from hrcjax.cells.people import check_worlds, person_key, with_recordings
+from hrcjax.lab.atomic import write_bytes
+from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, collect, locked_store
+from hrcjax.lab.checks import among, at_least, check_outputs, each_once
+from hrcjax.lab.progress import duration
+from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
+from hrcjax.lab.rows import table, write_rows
+
+from .config import BodyConfig
+from .page import page
+from .rows import all_rows, holds
+from .seen import SCENE, Bench
+from .tracks import VARIANTS, measured, with_places
+
+AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")
+"""Files that only read finished cases."""
+
+
+def _check(config: BodyConfig) -> None:
+    among(config, "variants", tuple(VARIANTS))
+    each_once(config, "variants", "people")
+    check_worlds((SCENE,), with_recordings(config.people, config.recordings))
+    at_least(config, 0, "seed", "compared")
+    at_least(config, 2, "seconds")
+    check_outputs(config, "json", "page")
+
+
+def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
+    """Every case by tracker and person, with the name of its file and what computes it."""
+
+    @cache
+    def bench() -> Bench:
+        return Bench(config.seconds, config.seed)
+
+    @cache
+    def seen(name: str) -> dict[str, Any]:
+        return with_places(bench().seen(name))
+
+    def one(name: str, variant: str) -> Mapping[str, Any]:
+        return measured(seen(name), variant)
+
+    mark = fingerprint({"seconds": config.seconds, "seed": config.seed})[:6]
+    found: dict[str, tuple[str, Make]] = {}
+    for k, name in enumerate(with_recordings(config.people, config.recordings)):
+        for variant in config.variants if k < config.compared else config.variants[:1]:
+            file = f"{variant}/{person_key(name)}-{mark}"
+            found[f"{variant}/{Path(name).stem}"] = (file, partial(one, name, variant))
+    return found
+
+
+def by_variant(cases: Mapping[str, Case]) -> dict[str, dict[str, Case]]:
+    """Cases by tracker, then by person."""
+    found: dict[str, dict[str, Case]] = {}
+    for name, case in cases.items():
+        variant, person = name.split("/", 1)
+        found.setdefault(variant, {})[person] = case
+    return found
+
+
+def run(config: BodyConfig) -> int:
+    """Runs or resumes; returns the exit status: 0."""
+    begin = time.monotonic()
+    _check(config)
+    numbers = {name: asdict(params) for name, params in VARIANTS.items()}
+    mark = fingerprint({"code": LOADED_CODE, "program": program_digests(Path(__file__).parent, AFTERWARDS), "numbers": numbers})  # fmt: skip
+    folder = config.out or Path("runs") / f"body-{mark[:8]}"
+    about = {"program": "body", "config": as_asked(config), **provenance()}
+    with locked_store(folder, mark, about, config.overwrite) as store:
+        print(f"-> {folder}", file=sys.stderr, flush=True)
+        return _measured(config, store, begin)
+
+
+def _measured(config: BodyConfig, store: RunStore, begin: float) -> int:
+    folder = store.folder
+    cases = by_variant(collect(store, wanted(config)))
+    rows = all_rows(cases)
+    write_rows(folder, config.json, {"body": rows})
+    names: list[str] = []
+    if config.figures and "full" in cases:
+        from .figures import draw  # here: drawing is slow to import, and not always wanted
+
+        names = draw(folder / FIGURES, cases["full"])
+    if config.page:
+        write_bytes(config.page, page(rows, config, _copied(folder, config.page, names)).encode())
+    print(table("body", rows))
+    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
+    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
+    print(f"Took {duration(time.monotonic() - begin)}. Cases and rows: {folder}")
+    return 0
+
+
+def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
+    """Figures copied beside the page; their places from there."""
+    place = page_file.parent / "figures"
+    if names:
+        place.mkdir(exist_ok=True)
+    for name in names:
+        write_bytes(place / f"body-{name}", (folder / FIGURES / name).read_bytes())
+    return [f"figures/body-{name}" for name in names]

@@ -1,0 +1,94 @@
+"""What is known of a person from one frame to the next, and what a frame tells of them."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from hrcjax.body.params import BodyParams
+from hrcjax.body.skeleton import JOINTS, LENGTHS, PARTS, RADIUS_NAMES
+from hrcjax.typing import Array, Bool, Float, Int
+
+PLACES = 3 * len(JOINTS)
+SHAPE = len(LENGTHS) + len(RADIUS_NAMES)
+KNOWN = PLACES + SHAPE
+"""Places of the joints, then lengths and radii: what a frame measures. Speeds come after them."""
+
+
+class BodyState(eqx.Module):
+    """Joints, lengths, radii and speeds with their covariance."""
+
+    joints: Float[Array, "joint 3"]
+    """Places [m]."""
+    lengths: Float[Array, "length"]
+    """Of the bones, `LENGTHS` [m]."""
+    radii: Float[Array, "radius"]
+    """Of the parts, `RADIUS_NAMES` [m]."""
+    speeds: Float[Array, "joint 3"]
+    """Velocities of the joints [m/s]."""
+    covariance: Float[Array, "all all"]
+    """Of places, lengths, radii and velocities, in this order."""
+    unseen: Float[Array, "part"]
+    """Time since each part was seen [s]."""
+    age: Float[Array, ""]
+    """Time since the track began [s]."""
+    bad: Float[Array, ""]
+    """Frames in a row that the body does not explain [1]."""
+    facing: Float[Array, ""]
+    """Evidence that left and right are not exchanged, averaged over the last frames; see `facing_evidence` [1]."""
+    turn: Int[Array, ""]
+    """Frames so far: which first guesses come next [1]."""
+    tracked: Bool[Array, ""]
+    """Whether there is a track."""
+
+
+class BodyFit(eqx.Module):
+    """The body after a frame."""
+
+    joints: Float[Array, "*frame joint 3"]
+    """Places [m]."""
+    radii: Float[Array, "*frame radius"]
+    """Of the parts [m]."""
+    speeds: Float[Array, "*frame joint 3"]
+    """Velocities of the joints [m/s]."""
+    place_covariance: Float[Array, "*frame joint 3 3"]
+    """Of every joint's place [m^2]."""
+    speed_covariance: Float[Array, "*frame joint 3 3"]
+    """Of its velocity [m^2/s^2]."""
+    lengths: Float[Array, "*frame length"]
+    """Of the bones [m]."""
+    seen: Float[Array, "*frame part"]
+    """Points of the frame on each part [1]."""
+    unseen: Float[Array, "*frame part"]
+    """Time since each part was seen [s]."""
+    explained: Float[Array, "*frame"]
+    """Share of the points that lie on the body's surface [1]."""
+    age: Float[Array, "*frame"]
+    """Time since the track began [s]."""
+    tracked: Bool[Array, "*frame"]
+    """Whether there is a track; nothing else means anything where there is none."""
+
+
+def shape_deviations(params: BodyParams, dtype: jnp.dtype | type) -> Float[Array, "shape"]:
+    """Standard deviations of lengths and radii before anything is known [m]."""
+    lengths, radii = jnp.asarray(params.length_spreads, dtype), jnp.asarray(params.radii, dtype)
+    return jnp.concatenate([lengths, params.radius_spread * radii])
+
+
+def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> BodyState:
+    """Nobody is followed."""
+    zero = jnp.zeros((), dtype)
+    variances = jnp.concatenate(
+        [jnp.ones(PLACES, dtype), shape_deviations(params, dtype) ** 2, jnp.ones(PLACES, dtype)]
+    )
+    return BodyState(
+        joints=jnp.zeros((len(JOINTS), 3), dtype),
+        lengths=jnp.asarray(params.lengths, dtype),
+        radii=jnp.asarray(params.radii, dtype),
+        speeds=jnp.zeros((len(JOINTS), 3), dtype),
+        covariance=jnp.diag(variances),
+        unseen=jnp.full((len(PARTS),), jnp.inf, dtype),
+        age=zero,
+        bad=zero,
+        facing=zero,
+        turn=jnp.zeros((), jnp.int32),
+        tracked=jnp.asarray(False),
+    )

@@ -1,0 +1,256 @@
+"""The body, frame by frame: predicted, fitted, corrected; begun anew where there is no track."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
+from hrcjax.body.guess import farthest_hand, guess_bodies, poles, reaching_arm
+from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
+from hrcjax.body.motion import corrected, predict
+from hrcjax.body.params import BodyParams
+from hrcjax.body.priors import Landmarks, frame_of
+from hrcjax.body.skeleton import HIP, LEFT, NECK_BASE, PARTS, RADIUS_NAMES, RIGHT
+from hrcjax.body.state import KNOWN, PLACES, SHAPE, BodyFit, BodyState, initial_body
+from hrcjax.body.surface import Near
+from hrcjax.geom.cloud import Cloud
+from hrcjax.numerics import require_floating
+from hrcjax.typing import Array, Bool, Float, Mask, Points, Scalar, Vector3
+
+MUCH = 0.15
+"""Share of its cost by which another body must be better to replace one, besides `BodyParams.better` [1]."""
+LOOSE = 1.0
+"""Information about every joint of a first guess [1/m^2]."""
+LEFT_OVER = 4.0
+"""Points that no part explains with which an arm is looked for elsewhere [1]."""
+FACING = 2.0
+"""Weight of the evidence of where a first guess faces [1]."""
+ANYWHERE = 0.3
+"""Standard deviation of the joints of a first guess [m]."""
+UNKNOWN_SPEED = 1.0
+"""The same of their speeds [m/s]."""
+
+
+def track_body(
+    params: BodyParams,
+    state: BodyState,
+    points: Points,
+    mask: Mask,
+    dt: Scalar,
+    eye: Vector3 | None = None,
+    landmarks: Landmarks | None = None,
+) -> tuple[BodyState, BodyFit]:
+    """The body after one frame.
+
+    Args:
+        params: weights and priors.
+        state: after the last frame; `initial_body` before the first.
+        points: of people, all of one moment [m].
+        mask: which of them exist.
+        dt: time since the last frame [s].
+        eye: from where they were seen; used for first guesses alone [m].
+        landmarks: joints that somebody else found; they pull, and replace nothing.
+
+    Raises:
+        ValueError: points that are not floating point.
+    """
+    require_floating("track_body", points=points)
+    cloud = Cloud(points, mask & jnp.all(jnp.isfinite(points), axis=-1))
+    cloud = Cloud(jnp.where(cloud.mask[:, None], points, 0.0), cloud.mask)
+    dt = jnp.asarray(dt, points.dtype)
+    landmarks = jax.tree.map(lambda a: a.astype(points.dtype), landmarks)
+
+    if params.warm:
+        nothing = state, _nowhere(cloud)
+        after, near = jax.lax.cond(state.tracked, lambda: _follow(params, state, cloud, dt, landmarks), lambda: nothing)
+        share, _ = _explained(params, cloud, near)
+        doubtful = ~state.tracked | (share < params.doubtful) | (state.age < params.young)
+        after, near, new = jax.lax.cond(
+            doubtful,
+            lambda: _second_opinion(params, after, near, cloud, eye, landmarks),
+            lambda: (after, near, jnp.asarray(False)),
+        )
+    else:
+        after, near, new = _second_opinion(
+            params, initial_body(params, points.dtype), _nowhere(cloud), cloud, eye, landmarks
+        )
+    after, seen, share = _judge(params, state, after, cloud, near, dt, new)
+    places = after.covariance[:PLACES, :PLACES].reshape(11, 3, 11, 3)
+    speeds = after.covariance[KNOWN:, KNOWN:].reshape(11, 3, 11, 3)
+    each = jnp.arange(11)
+    fit = BodyFit(
+        after.joints, after.radii, after.speeds, places[each, :, each], speeds[each, :, each], after.lengths, seen, after.unseen,
+        share, after.age, after.tracked,
+    )  # fmt: skip
+    return after, fit
+
+
+def _nowhere(cloud: Cloud) -> Near:
+    """No body: every point is far from it."""
+    zero = jnp.zeros_like(cloud.points[:, 0])
+    return Near(zero + 1.0, jnp.zeros(zero.shape, jnp.int32), zero, jnp.zeros_like(cloud.points))
+
+
+def _explained(params: BodyParams, cloud: Cloud, near: Near) -> tuple[Array, Array]:
+    """Share of the points that lie on the surface [1], and which do."""
+    close = cloud.mask & (jnp.abs(near.distance) < params.close)
+    count = jnp.sum(cloud.mask, dtype=near.distance.dtype)
+    return jnp.sum(close, dtype=count.dtype) / jnp.maximum(count, 1.0), close
+
+
+def _judge(
+    params: BodyParams, before: BodyState, after: BodyState, cloud: Cloud, near: Near, dt: Array, new: Array
+) -> tuple[BodyState, Array, Array]:
+    """Whether the track holds; points on each part, and the share of points that are explained.
+
+    Args:
+        new: whether the body is not that of the last frame.
+    """
+    dtype = cloud.points.dtype
+    share, close = _explained(params, cloud, near)
+    seen = jnp.sum((near.part[:, None] == jnp.arange(len(PARTS), dtype=jnp.int32)) & close[:, None], axis=0, dtype=dtype)
+    enough = jnp.sum(cloud.mask, dtype=dtype) >= params.least_points
+    good = enough & (share >= params.explained) & jnp.all(jnp.isfinite(after.covariance))
+    bad = jnp.where(good, 0.0, before.bad + 1.0).astype(dtype)
+    tracked = jnp.where(new, good, before.tracked & (bad < params.bad_frames)) & jnp.all(jnp.isfinite(after.joints))
+    last = jnp.where(new, jnp.inf, after.unseen)
+    unseen = jnp.where(seen >= params.part_points, 0.0, last + dt)
+    empty = initial_body(params, dtype)
+    after = eqx.tree_at(
+        lambda s: (s.unseen, s.age, s.bad, s.tracked, s.turn),
+        after,
+        (unseen, jnp.where(new, 0.0, after.age + dt), bad, tracked, before.turn + 1),
+    )
+    gone = eqx.tree_at(lambda s: (s.lengths, s.radii, s.turn), empty, (before.lengths, before.radii, before.turn + 1))
+    return jax.tree.map(lambda a, b: jnp.where(tracked, a, b), after, gone), seen, share
+
+
+def _problem(params: BodyParams, state: BodyState, cloud: Cloud, dt: Array, landmarks: Landmarks | None) -> Problem:
+    information = inverse_spd(state.covariance[:KNOWN, :KNOWN])
+    before = joined(state.joints, state.lengths, state.radii)
+    share = jnp.minimum(dt / params.patience, 1.0)
+    return Problem(cloud, before, information, share, landmarks)
+
+
+def _finish(
+    params: BodyParams, problem: Problem, predicted: BodyState, known: Float[Array, "known"], near: Near
+) -> BodyState:
+    A, _ = normal_equations(params, problem, known, near)
+    joints, lengths, radii = split(known)
+    speeds, covariance = corrected(predicted, known, problem.information, A)
+    return BodyState(
+        joints, lengths, radii, speeds, covariance, predicted.unseen, predicted.age, predicted.bad,
+        predicted.facing, predicted.turn, predicted.tracked,
+    )  # fmt: skip
+
+
+def _follow(
+    params: BodyParams, state: BodyState, cloud: Cloud, dt: Array, landmarks: Landmarks | None
+) -> tuple[BodyState, Near]:
+    """A frame of a track."""
+    predicted = predict(params, state, dt)
+    problem = _problem(params, predicted, cloud, dt, landmarks)
+    known, value, near = fit_body(params, problem, problem.before, params.iterations)
+    left_over = cloud.mask & (near.distance > params.doubt)
+
+    def elsewhere() -> tuple[Array, Near]:
+        return _arms_elsewhere(params, problem, known, value, near, left_over)
+
+    enough = jnp.sum(left_over, dtype=cloud.points.dtype) >= LEFT_OVER
+    known, near = jax.lax.cond(enough, elsewhere, lambda: (known, near))
+    after = _finish(params, problem, predicted, known, near)
+    gain = jnp.minimum(dt / SETTLE, 1.0)
+    facing = state.facing + gain * (facing_evidence(after.joints, after.speeds) - state.facing)
+    turn = facing < TURNED
+    # a body turned round is a new one: what left and right were is not to be relied on
+    fresh = jnp.where(turn, -facing, facing), jnp.where(turn, 0.0, after.age)
+    after = eqx.tree_at(lambda s: (s.facing, s.age), after, fresh)
+    near = near._replace(part=jnp.where(turn, jnp.asarray(OTHER_PART, jnp.int32)[near.part], near.part))
+    return turned_round(after, turn), near
+
+
+def _arms_elsewhere(
+    params: BodyParams, problem: Problem, known: Array, value: Array, near: Near, left_over: Bool[Array, "point"]
+) -> tuple[Array, Near]:
+    """The fit, or one with an arm put to points that nothing explains, if that explains more.
+
+    What an arm was before counts against it no more than `ANYWHERE`.
+    """
+    joints, lengths, radii = split(known)
+    forward, left, _ = frame_of(joints)
+    hand, reach = radii[RADIUS_NAMES.index("hand")], lengths[4] + lengths[5] + lengths[6]
+    guesses, informations = [], []
+    for side, pole in zip((LEFT, RIGHT), poles(forward, left), strict=True):
+        shoulder = joints[side[0]]
+        target, _ = farthest_hand(
+            problem.cloud.points, left_over, shoulder, joints[HIP], joints[NECK_BASE], reach, hand
+        )
+        arm = reaching_arm(lengths, shoulder, target, pole)
+        moved = joints.at[jnp.asarray(side[1:])].set(arm[1:])
+        guesses.append(joined(moved, lengths, radii))
+        free = jnp.zeros((11, 3), bool).at[jnp.asarray(side[1:])].set(True).reshape(-1)
+        free = jnp.concatenate([free, jnp.zeros((SHAPE,), bool)])
+        informations.append(forget(problem.information, free))
+    starts = jnp.stack(guesses)
+
+    def fit(start: Array, information: Array) -> tuple[Array, Array, Near]:
+        return fit_body(params, problem._replace(information=information), start, params.iterations)
+
+    tried, costs, nears = jax.vmap(fit)(starts, jnp.stack(informations))
+    best = jnp.argmin(jnp.where(jnp.isfinite(costs), costs, jnp.inf))
+    better = costs[best] < value - params.better
+    return jax.tree.map(lambda a, b: jnp.where(better, a[best], b), (tried, nears), (known, near))
+
+
+def forget(information: Float[Array, "known known"], free: Bool[Array, "known"]) -> Float[Array, "known known"]:
+    """The information without what it says of some unknowns, which may be anywhere."""
+    both = free[:, None] | free[None, :]
+    some = jnp.where(both, 0.0, information)
+    return some + jnp.diag(jnp.where(free, 1.0 / ANYWHERE**2, 0.0))
+
+
+def _second_opinion(
+    params: BodyParams, state: BodyState, near: Near, cloud: Cloud, eye: Vector3 | None, landmarks: Landmarks | None
+) -> tuple[BodyState, Near, Bool[Array, ""]]:
+    """The body, or a better one from some first guesses, others in every frame; and whether it is that.
+
+    Bodies are compared by points and priors alone, whatever was before.
+    """
+    dtype = cloud.points.dtype
+    empty = initial_body(params, dtype)
+    guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
+    count = guesses.shape[0]
+    tries = count if not params.warm else params.guesses
+    chosen = guesses[(state.turn * tries + jnp.arange(tries, dtype=jnp.int32)) % count]
+    variances = jnp.diagonal(empty.covariance)[PLACES:KNOWN]
+    shape = jnp.concatenate([jnp.zeros((PLACES,), dtype), 1.0 / variances])
+
+    def problem(joints: Array) -> Problem:
+        before = joined(joints, empty.lengths, empty.radii)
+        return Problem(cloud, before, jnp.diag(jnp.where(shape == 0, LOOSE, shape)), jnp.asarray(1.0, dtype), landmarks)
+
+    def value_of(known: Array) -> Array:
+        joints = split(known)[0]
+        return cost(params, problem(joints), known)[0] - FACING * facing_evidence(joints, empty.speeds)
+
+    def refined(joints: Array) -> tuple[Array, Array, Near]:
+        begin = joined(joints, state.lengths, state.radii)
+        known, _, near = fit_body(params, problem(joints), begin, params.start_iterations)
+        return known, value_of(known), near
+
+    found, values, nears = jax.vmap(refined)(chosen)
+    values = jnp.where(jnp.isfinite(values), values, jnp.inf)
+    best = jnp.argmin(values)
+    mine = value_of(joined(state.joints, state.lengths, state.radii))
+    new = ~state.tracked | (values[best] < mine - params.better - MUCH * jnp.abs(mine))
+    wide = jnp.full((PLACES,), ANYWHERE**2, dtype)
+    speeds = jnp.full((PLACES,), UNKNOWN_SPEED**2, dtype)
+    joints, lengths, radii = split(found[best])
+    begun = BodyState(
+        joints, lengths, radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])), empty.unseen, empty.age,
+        empty.bad, empty.facing, empty.turn, empty.tracked,
+    )  # fmt: skip
+    other_near = jax.tree.map(lambda a: a[best], nears)
+    information = jnp.diag(1.0 / jnp.concatenate([wide, variances]))
+    other = _finish(params, problem(joints)._replace(information=information), begun, found[best], other_near)
+    return *jax.tree.map(lambda a, b: jnp.where(new, a, b), (other, other_near), (state, near)), new

@@ -1,0 +1,72 @@
+"""Distances to a body against plain geometry, and their slopes against automatic differentiation."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from standing import gaps, person_of, pose, surface_points
+
+from hrcjax.body.least_squares import inverse_spd
+from hrcjax.body.params import BodyParams
+from hrcjax.body.priors import Landmarks, landmark_residuals, prior_slopes
+from hrcjax.body.skeleton import PARTS, USUAL_LENGTHS, USUAL_RADII, joints_of, part_capsules
+from hrcjax.body.surface import distance_slopes, nearest_parts
+from hrcjax.geom.shape import capsule_point_distance
+
+
+def test_the_parts_are_the_capsules_of_the_projects_people() -> None:
+    body = pose()
+    parts = part_capsules(joints_of(person_of(body))[0], jnp.asarray(USUAL_RADII))
+    for name in ("a", "b", "radius"):
+        np.testing.assert_allclose(getattr(parts, name), getattr(body, name)[: len(PARTS)], atol=1e-6)
+
+
+def test_distances_are_those_of_plain_geometry() -> None:
+    body = pose()
+    points = surface_points(body) + np.random.default_rng(1).normal(0, 0.05, (320, 3))
+    joints = joints_of(person_of(body))[0]
+    near = nearest_parts(joints, jnp.asarray(USUAL_RADII), jnp.asarray(points, joints.dtype))
+    expected = gaps(points, body)[:, :10]
+    np.testing.assert_allclose(near.distance, expected.min(1), atol=1e-5)
+    assert (np.asarray(near.part) == expected.argmin(1)).mean() > 0.99
+
+
+def test_slopes_are_those_of_automatic_differentiation() -> None:
+    body = pose()
+    joints, radii = joints_of(person_of(body))[0], jnp.asarray(USUAL_RADII)
+    points = jnp.asarray(surface_points(body, 40) + 0.02, joints.dtype)
+
+    def distances(flat: jax.Array, sizes: jax.Array) -> jax.Array:
+        parts = part_capsules(flat.reshape(11, 3), sizes)
+        each = jax.vmap(jax.vmap(capsule_point_distance, (None, 0, 0, 0)), (0, None, None, None))
+        return jnp.min(each(points, parts.a, parts.b, parts.radius), axis=1)
+
+    expected = jnp.concatenate(jax.jacfwd(distances, argnums=(0, 1))(joints.reshape(-1), radii), axis=1)
+    found = distance_slopes(nearest_parts(joints, radii, points))
+    np.testing.assert_allclose(found, expected, atol=2e-5)
+
+
+def test_a_point_on_an_axis_and_coincident_joints_have_finite_slopes() -> None:
+    joints = jnp.zeros((11, 3))
+    near = nearest_parts(joints, jnp.asarray(USUAL_RADII), jnp.zeros((2, 3)))
+    assert np.isfinite(np.asarray(distance_slopes(near))).all()
+    for part in prior_slopes(BodyParams(), joints, jnp.asarray(USUAL_LENGTHS), 0.1):
+        assert np.isfinite(np.asarray(part)).all()
+
+
+def test_a_landmark_that_is_not_given_pulls_nowhere() -> None:
+    joints = jnp.ones((11, 3))
+    found = Landmarks(jnp.full((11, 3), jnp.nan).at[7].set(1.1), jnp.full((11,), 100.0))
+    residuals = np.asarray(landmark_residuals(joints, found)).reshape(11, 3)
+    np.testing.assert_allclose(residuals[7], -1.0, rtol=1e-4)
+    assert not np.delete(residuals, 7, axis=0).any()
+
+
+def test_the_inverse_is_numpys() -> None:
+    draw = np.random.default_rng(0)
+    B = draw.normal(size=(46, 46))
+    sizes = 10.0 ** draw.uniform(-2, 2, 46)
+    A = (B @ B.T + 5 * np.eye(46)) * sizes[:, None] * sizes
+    found = np.asarray(inverse_spd(jnp.asarray(A, jnp.float32)), float)
+    expected = np.linalg.inv(A)
+    scale = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(found / scale[:, None] / scale, expected / scale[:, None] / scale, atol=2e-4)

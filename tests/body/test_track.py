@@ -1,0 +1,100 @@
+"""A body followed in exact points: it is found, an arm out of sight is less and less sure, a jump is noticed."""
+
+from functools import cache
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from standing import SEEN_FROM, person_of, pose, surface_points
+
+from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, track_body
+from hrcjax.numerics import unrolled_options
+
+DT = 1 / 30
+
+
+@cache
+def program() -> Any:
+    """One compiled frame for all tests; landmarks that are not given change nothing."""
+
+    def frame(state: BodyState, points: jax.Array, mask: jax.Array, found: Landmarks) -> tuple[BodyState, BodyFit]:
+        return track_body(BodyParams(), state, points, mask, DT, jnp.asarray(SEEN_FROM, jnp.float32), found)
+
+    return jax.jit(frame, compiler_options=unrolled_options())
+
+
+def none_found() -> Landmarks:
+    return Landmarks(jnp.full((11, 3), jnp.nan, jnp.float32), jnp.zeros((11,), jnp.float32))
+
+
+def follow(clouds: list[np.ndarray], found: Landmarks | None = None) -> tuple[BodyState, list[BodyFit]]:
+    state, fits = initial_body(BodyParams()), []
+    for cloud in clouds:
+        points = np.zeros((320, 3), np.float32)
+        points[: len(cloud)] = cloud
+        mask = np.arange(320) < len(cloud)
+        state, fit = program()(state, jnp.asarray(points), jnp.asarray(mask), found or none_found())
+        fits.append(fit)
+    return state, fits
+
+
+@pytest.fixture(scope="module")
+def followed() -> tuple[BodyState, list[BodyFit]]:
+    return follow([surface_points(pose(), seed=k) for k in range(15)])
+
+
+def test_a_person_is_found(followed: tuple[BodyState, list[BodyFit]]) -> None:
+    fit = followed[1][-1]
+    assert bool(fit.tracked)
+    assert float(fit.explained) > 0.95
+    off = np.linalg.norm(np.asarray(fit.joints) - np.asarray(joints_of(person_of(pose()))[0]), axis=1)
+    assert off[3:].max() < 0.05  # both arms, and on the right sides
+    assert np.median(off) < 0.02
+
+
+def test_lengths_are_learnt(followed: tuple[BodyState, list[BodyFit]]) -> None:
+    first, last = followed[1][0], followed[1][-1]
+    true = np.array([0.33, 0.26])  # upper arm, forearm
+    assert np.abs(np.asarray(last.lengths)[4:6] - true).max() < 0.02
+    assert np.trace(followed[0].covariance[33:46, 33:46]) < np.trace(
+        initial_body(BodyParams()).covariance[33:46, 33:46]
+    )
+    assert not np.array_equal(first.lengths, last.lengths)
+
+
+def test_an_arm_out_of_sight_is_less_and_less_sure() -> None:
+    seen = [surface_points(pose(), seed=k) for k in range(6)]
+    hidden = [surface_points(pose(), seed=k, without=(6, 8)) for k in range(6, 14)]
+    _, fits = follow(seen + hidden)
+    spread = [float(np.trace(fit.place_covariance[7])) for fit in fits]
+    assert spread[13] > spread[9] > 2 * spread[5]
+    assert float(np.trace(fits[13].place_covariance[8])) < 0.5 * spread[13]  # the other wrist
+    assert float(fits[13].unseen[8]) > 0.2
+    assert bool(fits[13].tracked)
+
+
+def test_a_lost_track_is_noticed_within_three_frames_and_begun_anew() -> None:
+    here = [surface_points(pose(), seed=k) for k in range(6)]
+    there = [surface_points(pose(y=0.2), seed=k) + np.array([0.9, 0.0, 0.0]) for k in range(6, 24)]
+    _, fits = follow(here + there)
+    ages = [float(fit.age) for fit in fits]
+    assert any(age < ages[5] for age in ages[6:9])
+    true = np.asarray(joints_of(person_of(pose(y=0.2)))[0]) + np.array([0.9, 0.0, 0.0])
+    assert np.median(np.linalg.norm(np.asarray(fits[-1].joints) - true, axis=1)) < 0.05
+
+
+def test_without_points_there_is_no_track() -> None:
+    _, fits = follow([surface_points(pose(), seed=k) for k in range(3)] + [np.zeros((0, 3))] * 3)
+    assert bool(fits[2].tracked)
+    assert not bool(fits[5].tracked)
+
+
+def test_landmarks_pull() -> None:
+    seen = [surface_points(pose(), seed=k, without=(6, 8)) for k in range(6)]
+    true = joints_of(person_of(pose()))[0]
+    places = none_found().joints.at[7].set(true[7].astype(jnp.float32))
+    found = Landmarks(places, jnp.full((11,), 1e4, jnp.float32))
+    _, fits = follow(seen, found)
+    assert np.linalg.norm(np.asarray(fits[-1].joints[7]) - np.asarray(true[7])) < 0.03
