@@ -1,0 +1,158 @@
+"""Task-space mapping (Robotica 2025, section 2.2): depth images of a still table in, named obstacles as shapes out."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from hrcjax.task_space.evidence import evidence
+from hrcjax.task_space.instances import Part, SplitParams, image_parts, join_parts
+from hrcjax.task_space.segmenter import Detection, Segmenter, no_segmenter, pixel_labels
+from hrcjax.task_space.shape_fit import KINDS, UNKNOWNS, Evidence, FitParams, Fitted, fit_shape
+from hrcjax.task_space.table import Table, find_table, inside
+from hrcjax.task_space.view import View, points, steady, turned
+
+POINTS = -1
+"""Kind of a thing that no shape explains: kept as points."""
+
+
+class TaskSpaceParams(NamedTuple):
+    """Numbers of the mapping. All are our choice."""
+
+    split: SplitParams = SplitParams()
+    fit: FitParams = FitParams()
+    above: float = 0.006
+    """Least height over the table of a point of a thing, added to `above_deviations` [m]."""
+    above_deviations: float = 4.0
+    """The same in standard deviations of the height [1]."""
+    ceiling: float = 0.7
+    """Greatest height over the table [m]."""
+    least_height: float = 0.015
+    """Lower things are not taken for obstacles [m]."""
+    edge: float = 0.0
+    """How far beyond the table's outline things may be [m]."""
+    worst_residual: float = 0.01
+    """Root mean square distance of the points from the best shape at which the thing is kept as points [m]."""
+    worst_claim: float = 0.1
+    """Share of the free rays about a thing that the best shape may claim before it is kept as points [1]."""
+
+
+class Instance(NamedTuple):
+    """One thing on the table, in the table's frame."""
+
+    name: str
+    """By a detector, or "object"."""
+    kind: int
+    """SPHERE, COLUMN, BOX or `POINTS`."""
+    center: Float[np.ndarray, "3"]
+    """Middle of the shape, or of the points' upright box [m]."""
+    size: Float[np.ndarray, "3"]
+    """Half extents, as in a `Scene` [m]."""
+    yaw: float
+    """Turn about the vertical [rad]."""
+    center_deviation: Float[np.ndarray, "3"]
+    """Standard deviations of the centre; not finite for points [m]."""
+    size_deviation: Float[np.ndarray, "3"]
+    """And of the half extents [m]."""
+    residual: float
+    """Root mean square of the points' distances from the shape; not finite for points [m]."""
+    claimed: float
+    """Share of the free rays about it that pass through the shape [1]."""
+    points: Float[np.ndarray, "point 3"]
+    """[m]"""
+    box: bool = True
+    """Whether `size` is solid for points too: the box that bounds them, down to the table where nothing passes below."""
+
+
+class TaskSpace(NamedTuple):
+    """The map of a table."""
+
+    table: Table
+    instances: list[Instance]
+    views: list[View]
+    """In the table's frame."""
+
+
+def _name(parts: list[Part], found: list[list[Detection]]) -> str:
+    """The name that most of the pixels have."""
+    votes: dict[str, int] = {}
+    for part in parts:
+        if part.label >= 0:
+            name = found[part.view][part.label].name
+            votes[name] = votes.get(name, 0) + len(part.pixels)
+    return max(votes, key=lambda name: votes[name]) if votes else "object"
+
+
+def criterion(kind: int, fitted: Fitted, seen: Evidence) -> float:
+    """What decides between shapes, the less the better: the cost, in which every point off the surface and every ray of free
+    space that is claimed counts in its standard deviations, and log n for every free number (Schwarz 1978) [1]."""
+    count = int(np.sum(seen.mask)) + int(np.sum(seen.free))
+    return float(fitted.cost) + UNKNOWNS[kind] * float(np.log(max(count, 2)))
+
+
+def best_shape(seen: Evidence, params: FitParams) -> tuple[int, Fitted, float]:
+    """The best kind of shape, its fit, and the criterion."""
+    fits = {kind: fit_shape(kind, params, seen) for kind in KINDS}
+    scores = {kind: criterion(kind, fit, seen) for kind, fit in fits.items()}
+    kind = min(scores, key=lambda k: scores[k] if np.isfinite(scores[k]) else np.inf)
+    return kind, fits[kind], scores[kind]
+
+
+def _instance(name: str, seen: Evidence, place: np.ndarray, params: TaskSpaceParams) -> Instance:
+    kind, fit, _ = best_shape(seen, params.fit)
+    if float(fit.residual) <= params.worst_residual and float(fit.claimed) <= params.worst_claim:
+        center, size, off, spread = (np.asarray(x, float) for x in (fit.center, fit.size, fit.center_deviation, fit.size_deviation))  # fmt: skip
+        return Instance(name, kind, center, size, float(fit.yaw), off, spread, float(fit.residual), float(fit.claimed), place)  # fmt: skip
+    lower, upper = np.asarray(seen.lower, float), np.asarray(seen.upper, float)
+    if seen.stands:
+        lower[2] = 0.0
+    nothing = np.full(3, np.inf)
+    return Instance(name, POINTS, (lower + upper) / 2, (upper - lower) / 2, 0.0, nothing, nothing, np.inf, float(fit.claimed), place)  # fmt: skip
+
+
+def above_table(view: View, table: Table, params: TaskSpaceParams) -> Bool[np.ndarray, "height width"]:
+    """Pixels of things on the table. The view is in the table's frame."""
+    place = points(view)
+    away = view.position - place
+    fall = np.abs(away[..., 2]) / np.maximum(np.linalg.norm(away, axis=-1), 1e-9)
+    height = place[..., 2]
+    least = params.above + params.above_deviations * view.deviation * fall
+    return steady(view) & (height > least) & (height < params.ceiling) & inside(table.corners, place[..., :2], params.edge)  # fmt: skip
+
+
+def map_table(
+    views: list[View],
+    up: Float[np.ndarray, "3"],
+    params: TaskSpaceParams = TaskSpaceParams(),
+    segmenter: Segmenter = no_segmenter,
+    table: Table | None = None,
+) -> TaskSpace:
+    """The things on a table, from views of it.
+
+    Args:
+        up: about upwards in the world, of length 1.
+        segmenter: names things and splits what depth alone would join; used on views that have a colour image.
+        table: if it is known; None: it is found.
+
+    Raises:
+        ValueError: no table is in view.
+    """
+    table = find_table(views, up) if table is None else table
+    own = [turned(v, table.rotation, table.shift) for v in views]
+    own = [v._replace(deviation=v.deviation * table.excess) for v in own]
+    found = [[] if v.colour is None else segmenter(v.colour) for v in own]
+    parts = [
+        part
+        for k, view in enumerate(own)
+        for part in image_parts(view, k, above_table(view, table, params), pixel_labels(view.depth.shape, found[k]), params.split)
+    ]  # fmt: skip
+    flat = [points(view).reshape(-1, 3) for view in own]
+    places = [flat[part.view][part.pixels] for part in parts]
+    instances = []
+    for group in join_parts(parts, places, params.split):
+        mine, where = [parts[k] for k in group], [places[k] for k in group]
+        every = np.concatenate(where)
+        if np.percentile(every[:, 2], 95) < params.least_height:
+            continue
+        instances.append(_instance(_name(mine, found), evidence(own, mine, where), every, params))
+    return TaskSpace(table, instances, own)
