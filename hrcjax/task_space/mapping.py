@@ -123,7 +123,7 @@ def above_table(view: View, table: Table, params: TaskSpaceParams) -> Bool[np.nd
 def map_table(
     views: list[View],
     up: Float[np.ndarray, "3"],
-    params: TaskSpaceParams = TaskSpaceParams(),
+    params: TaskSpaceParams | None = None,
     segmenter: Segmenter = no_segmenter,
     table: Table | None = None,
 ) -> TaskSpace:
@@ -137,6 +137,7 @@ def map_table(
     Raises:
         ValueError: no table is in view.
     """
+    params = TaskSpaceParams() if params is None else params
     table = find_table(views, up) if table is None else table
     own = [turned(v, table.rotation, table.shift) for v in views]
     own = [v._replace(deviation=v.deviation * table.excess) for v in own]

@@ -47,6 +47,12 @@ def _behind_arm(
     return jax.lax.map(one, (arm, keys))
 
 
+def exact_depths(cameras: Camera, scene: Scene) -> list[np.ndarray]:
+    """Depth images without noise of some stacked cameras; infinity where nothing is hit [m]."""
+    count = cameras.position.shape[0]
+    return [np.asarray(_exact(jax.tree.map(lambda a, c=c: a[c], cameras), scene)) for c in range(count)]
+
+
 def simulated_views(
     cameras: Camera,
     scene: Scene,
@@ -66,7 +72,7 @@ def simulated_views(
     noise = NoiseParams() if noise is None else noise
     views = []
     for c in range(cameras.position.shape[0]):
-        camera = jax.tree.map(lambda a: a[c], cameras)
+        camera = jax.tree.map(lambda a, c=c: a[c], cameras)
         exact = _exact(camera, scene)
         own = jax.random.fold_in(key, c)
         if arm is None:

@@ -98,7 +98,7 @@ def find_table(views: list[View], up: Float[np.ndarray, "3"], tilt: float = 0.35
     for view in views:
         n, exists = normals(view)
         exists &= n @ up > np.cos(tilt)
-        p, d = points(view)[exists], view.depth[exists]
+        p = points(view)[exists]
         away = np.sum(n[exists] * (view.position - p), -1) / np.maximum(
             np.linalg.norm(view.position - p, axis=-1), 1e-9
         )
