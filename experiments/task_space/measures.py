@@ -81,7 +81,9 @@ def measure_table(things: list[Obstacle], found: TaskSpace, exact: list[NDArray]
         [solid_distances(one.kind, c, one.size, one.yaw, s) for one, c in zip(every, centers, strict=True)] for s in samples
     ]).reshape(count, len(every), -1)  # fmt: skip
     covers = np.mean(distances <= COVER, axis=2) if len(every) else np.zeros((count, 0))
-    merged = np.array([match[i] < 0 and gaps[i] < TOUCH and len(every) > 0 and covers[i].max() >= 0.99 for i in range(count)])
+    merged = np.array(
+        [match[i] < 0 and gaps[i] < TOUCH and len(every) > 0 and covers[i].max() >= 0.99 for i in range(count)]
+    )
     used = set(match[match >= 0]) | {int(covers[i].argmax()) for i in np.flatnonzero(merged)}
     nearest = distances.min(1) if len(every) else np.full((count, len(samples[0])), np.inf)
     seen = np.array([seen_by(found, s, exact) for s in samples])

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, UInt
 
-from hrcjax.task_space.mapping import POINTS, TaskSpace
-from hrcjax.task_space.solids import solid_distances
+from hrcjax.task_space.mapping import TaskSpace
+from hrcjax.task_space.solid_distance import POINTS, solid_distances
 from hrcjax.task_space.view import points
 
 

@@ -5,15 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from hrcjax.task_space.evidence import evidence
 from hrcjax.task_space.instances import Part, SplitParams, image_parts, join_parts
 from hrcjax.task_space.segmenter import Detection, Segmenter, no_segmenter, pixel_labels
-from hrcjax.task_space.shape_fit import KINDS, UNKNOWNS, Evidence, FitParams, Fitted, fit_shape
+from hrcjax.task_space.shape_fit import FitParams
+from hrcjax.task_space.solid_distance import POINTS
+from hrcjax.task_space.split import Explained, explain
 from hrcjax.task_space.table import Table, find_table, inside
 from hrcjax.task_space.view import View, points, steady, turned
-
-POINTS = -1
-"""Kind of a thing that no shape explains: kept as points."""
 
 
 class TaskSpaceParams(NamedTuple):
@@ -83,23 +81,8 @@ def _name(parts: list[Part], found: list[list[Detection]]) -> str:
     return max(votes, key=lambda name: votes[name]) if votes else "object"
 
 
-def criterion(kind: int, fitted: Fitted, seen: Evidence) -> float:
-    """What decides between shapes, the less the better: the cost, in which every point off the surface and every ray of free
-    space that is claimed counts in its standard deviations, and log n for every free number (Schwarz 1978) [1]."""
-    count = int(np.sum(seen.mask)) + int(np.sum(seen.free))
-    return float(fitted.cost) + UNKNOWNS[kind] * float(np.log(max(count, 2)))
-
-
-def best_shape(seen: Evidence, params: FitParams) -> tuple[int, Fitted, float]:
-    """The best kind of shape, its fit, and the criterion."""
-    fits = {kind: fit_shape(kind, params, seen) for kind in KINDS}
-    scores = {kind: criterion(kind, fit, seen) for kind, fit in fits.items()}
-    kind = min(scores, key=lambda k: scores[k] if np.isfinite(scores[k]) else np.inf)
-    return kind, fits[kind], scores[kind]
-
-
-def _instance(name: str, seen: Evidence, place: np.ndarray, params: TaskSpaceParams) -> Instance:
-    kind, fit, _ = best_shape(seen, params.fit)
+def _instance(name: str, one: Explained, params: TaskSpaceParams) -> Instance:
+    kind, fit, seen, place = one.kind, one.fit, one.seen, one.place
     if float(fit.residual) <= params.worst_residual and float(fit.claimed) <= params.worst_claim:
         center, size, off, spread = (np.asarray(x, float) for x in (fit.center, fit.size, fit.center_deviation, fit.size_deviation))  # fmt: skip
         return Instance(name, kind, center, size, float(fit.yaw), off, spread, float(fit.residual), float(fit.claimed), place)  # fmt: skip
@@ -152,8 +135,8 @@ def map_table(
     instances = []
     for group in join_parts(parts, places, params.split):
         mine, where = [parts[k] for k in group], [places[k] for k in group]
-        every = np.concatenate(where)
-        if np.percentile(every[:, 2], 95) < params.least_height:
+        if np.percentile(np.concatenate(where)[:, 2], 95) < params.least_height:
             continue
-        instances.append(_instance(_name(mine, found), evidence(own, mine, where), every, params))
+        for one in explain(own, mine, flat, params.fit, params.split):
+            instances.append(_instance(_name(one.parts, found), one, params))
     return TaskSpace(table, instances, own)
