@@ -24,10 +24,12 @@ class SplitParams(NamedTuple):
     """Share of the smaller part's cells that must be the larger one's too [1]."""
     least_pixels: int = 12
     """Smaller parts are noise [1]."""
-    poor: float = 1.3
-    """Root mean square of normalised residuals over which a thing is tried as two [1]."""
+    poor: float = 0.9
+    """Root mean square of normalised residuals over which a thing is tried as two: seen aslant, they are less than 1 [1]."""
     claimed: float = 0.01
     """Share of the free rays that a shape may claim before the same [1]."""
+    off: int = 12
+    """Pixels that are not of the shape's surface before the same [1]."""
     most: int = 4
     """Times that a group is divided, one part after the other [1]."""
 

@@ -21,6 +21,8 @@ UNKNOWNS = {SPHERE: 4, COLUMN: 5, BOX: 7}
 """Free numbers of each kind."""
 YAWS = 6
 """Turns of a box from which the fit begins, over a quarter of a turn."""
+OFF = 5.0
+"""A point farther from a surface than this many standard deviations is not of it [1]."""
 STEPS = 30
 """Damped Gauss-Newton steps."""
 

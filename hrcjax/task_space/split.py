@@ -1,7 +1,7 @@
 """Two things that touch, or nearly so, hang together in images and on the grid; they are told apart by shape.
 
 Solids that stand beside each other and are convex from above are on two sides of an upright plane: a group that no shape explains
-is cut where it is thinnest, every point then goes to the shape that it is nearest to, and the two are kept if they explain the
+is cut where it is thinnest, or between the points on the best shape and those off it; every point then goes to the shape that it is nearest to, and the two are kept if they explain the
 group better than one.
 """
 
@@ -13,7 +13,7 @@ from jaxtyping import Float
 from hrcjax.task_space.choice import best_shape
 from hrcjax.task_space.evidence import evidence
 from hrcjax.task_space.instances import Part, SplitParams
-from hrcjax.task_space.shape_fit import Evidence, FitParams, Fitted
+from hrcjax.task_space.shape_fit import OFF, Evidence, FitParams, Fitted
 from hrcjax.task_space.solid_distance import solid_distances
 from hrcjax.task_space.view import View
 
@@ -79,13 +79,32 @@ def _sides(parts: list[Part], side: list[np.ndarray], least: int) -> tuple[list[
     return tuple([p for p in half if len(p.pixels) >= max(least // 3, 1)] for half in (first, second))  # pyright: ignore[reportReturnType]  # two
 
 
+def _from(one: Explained, place: np.ndarray) -> np.ndarray:
+    """Distances of points from the surface of a shape [m]."""
+    return np.abs(solid_distances(one.kind, one.fit.center, one.fit.size, float(one.fit.yaw), place))
+
+
+def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams) -> list[np.ndarray]:
+    """Which pixels of every part are not of the shape's surface."""
+    spread = [np.hypot(views[p.view].deviation.ravel()[p.pixels], params.model) for p in one.parts]
+    return [_from(one, flat[p.view][p.pixels]) > OFF * s for p, s in zip(one.parts, spread, strict=True)]
+
+
+def _poor(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams) -> bool:
+    """Whether a shape explains a group so badly that two are tried."""
+    if float(one.fit.normalised) > split.poor or float(one.fit.claimed) > split.claimed:
+        return True
+    return sum(int(off.sum()) for off in _off(views, one, flat, params)) >= split.off
+
+
 def _as_two(
     views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> tuple[Explained, Explained] | None:
     """The best of two shapes, if they explain a group better than one does."""
     best, least = None, one.score
-    for way, offset in thin_places(one.place, CUTS):
-        side = [flat[p.view][p.pixels][:, :2] @ way < offset for p in one.parts]
+    starts = [[flat[p.view][p.pixels][:, :2] @ way < offset for p in one.parts] for way, offset in thin_places(one.place, CUTS)]  # fmt: skip
+    off = [~one_off for one_off in _off(views, one, flat, params)]
+    for side in [*starts, off]:
         for _ in range(ROUNDS):
             halves = _sides(one.parts, side, split.least_pixels)
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
@@ -95,7 +114,7 @@ def _as_two(
             score = float(np.average([t.score for t in two], weights=counts))
             if score < least:
                 best, least = two, score
-            near = [[np.abs(solid_distances(t.kind, t.fit.center, t.fit.size, float(t.fit.yaw), flat[p.view][p.pixels])) for p in one.parts] for t in two]  # fmt: skip
+            near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
             side = [a < b for a, b in zip(*near, strict=True)]
     return best  # pyright: ignore[reportReturnType]  # two
 
@@ -110,9 +129,7 @@ def explain(
     """
     open_, done = [_fitted(views, parts, flat, params)], []
     for _ in range(split.most):
-        poor = [
-            one for one in open_ if float(one.fit.normalised) > split.poor or float(one.fit.claimed) > split.claimed
-        ]
+        poor = [one for one in open_ if _poor(views, one, flat, params, split)]
         done += [one for one in open_ if not any(one is other for other in poor)]
         open_ = []
         for one in poor:
