@@ -21,6 +21,11 @@ TASK = ("start", "goal", "lower", "upper")
 BOUNDS = ("table_lower", "table_upper")
 
 
+def is_scene_file(name: str) -> bool:
+    """Whether a value of `--scene` is a file."""
+    return name.lower().endswith(".toml")
+
+
 def write_scene(path: Path, scene: Scene, names: Sequence[str], note: str = "") -> None:
     """Writes the obstacles of a scene that exist, with their names, and its task.
 

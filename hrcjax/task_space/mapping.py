@@ -9,7 +9,7 @@ from hrcjax.task_space.instances import Part, SplitParams, image_parts, join_par
 from hrcjax.task_space.segmenter import Detection, Segmenter, no_segmenter, pixel_labels
 from hrcjax.task_space.shape_fit import FitParams
 from hrcjax.task_space.solid_distance import POINTS
-from hrcjax.task_space.split import Explained, explain
+from hrcjax.task_space.split import Explained, explain, rejoin
 from hrcjax.task_space.table import Table, find_table, inside
 from hrcjax.task_space.view import View, points, steady, turned
 
@@ -132,11 +132,12 @@ def map_table(
     ]  # fmt: skip
     flat = [points(view).reshape(-1, 3) for view in own]
     places = [flat[part.view][part.pixels] for part in parts]
-    instances = []
+    things: list[Explained] = []
     for group in join_parts(parts, places, params.split):
         mine, where = [parts[k] for k in group], [places[k] for k in group]
         if np.percentile(np.concatenate(where)[:, 2], 95) < params.least_height:
             continue
-        for one in explain(own, mine, flat, params.fit, params.split):
-            instances.append(_instance(_name(one.parts, found), one, params))
+        things += explain(own, mine, flat, params.fit, params.split)
+    things = rejoin(own, things, flat, params.fit, params.split)
+    instances = [_instance(_name(one.parts, found), one, params) for one in things]
     return TaskSpace(table, instances, own)

@@ -204,7 +204,8 @@ def fit_shape(kind: int, params: FitParams, seen: Evidence) -> Fitted:
     us, costs, As = jax.vmap(lambda s: _solve(kind, params, seen, s))(starts)
     best = jnp.argmin(jnp.where(jnp.isfinite(costs), costs, jnp.inf))
     u, cost, A = us[best], costs[best], As[best]
-    center, size, yaw = solid_of(kind, u)
+    center, size, turn = solid_of(kind, u)
+    yaw = jnp.asarray(turn)
     on, through, _ = _parts(kind, params, seen, u, starts[best])
     count_points = jnp.maximum(jnp.sum(seen.mask), 1)
     sigma = jnp.sqrt(seen.deviation**2 + params.model**2)

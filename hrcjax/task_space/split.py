@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import KDTree
 
 from hrcjax.task_space.choice import best_shape
 from hrcjax.task_space.evidence import evidence
@@ -81,7 +82,9 @@ def _sides(parts: list[Part], side: list[np.ndarray], least: int) -> tuple[list[
 
 def _from(one: Explained, place: np.ndarray) -> np.ndarray:
     """Distances of points from the surface of a shape [m]."""
-    return np.abs(solid_distances(one.kind, one.fit.center, one.fit.size, float(one.fit.yaw), place))
+    return np.abs(
+        solid_distances(one.kind, np.asarray(one.fit.center), np.asarray(one.fit.size), float(one.fit.yaw), place)
+    )
 
 
 def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams) -> list[np.ndarray]:
@@ -141,3 +144,38 @@ def explain(
         if not open_:
             break
     return done + open_
+
+
+def rejoin(
+    views: list[View], every: list[Explained], flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> list[Explained]:
+    """The same things, but for those that are parts of one: seen from different sides and with no cell in common, or cut by
+    something in front. Neighbours become one where one shape explains both as well as two do.
+
+    Args:
+        flat: points of all pixels of every view [m].
+    """
+    every = list(every)
+    tried: list[tuple[Explained, Explained]] = []
+    while True:
+        near = _near_pairs(every, split)
+        pair = next((p for p in near if not any(every[p[0]] is a and every[p[1]] is b for a, b in tried)), None)
+        if pair is None:
+            return every
+        a, b = (every[k] for k in pair)
+        tried.append((a, b))
+        one = _fitted(views, a.parts + b.parts, flat, params)
+        apart = float(np.average([a.score, b.score], weights=[len(a.place), len(b.place)]))
+        if one.score <= split.alike * apart and not _poor(views, one, flat, params, split):
+            every = [other for k, other in enumerate(every) if k not in pair] + [one]
+
+
+def _near_pairs(every: list[Explained], split: SplitParams) -> list[tuple[int, int]]:
+    """Things with points nearer to each other than `near`."""
+    trees = [KDTree(one.place) for one in every]
+    return [
+        (i, j)
+        for i in range(len(every))
+        for j in range(i)
+        if trees[i].query(every[j].place, distance_upper_bound=split.near)[0].min() < split.near
+    ]

@@ -1,6 +1,6 @@
 """The plane that things stand on, from points and their normals; robust against all that is no plane."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -72,7 +72,8 @@ def _outline(flat: np.ndarray) -> np.ndarray:
     at = ((flat - lower) / CELL).astype(int)
     count = np.zeros(at.max(0) + 2)
     np.add.at(count, tuple(at.T), 1)
-    part, parts = ndimage.label(ndimage.binary_closing(count > 2, np.ones((3, 3))), np.ones((3, 3)))
+    joined: Any = ndimage.label(ndimage.binary_closing(count > 2, np.ones((3, 3))), np.ones((3, 3)))
+    part, parts = joined
     if parts == 0:
         return flat[ConvexHull(flat).vertices]
     largest = 1 + int(np.argmax(ndimage.sum(count, part, np.arange(1, parts + 1))))
