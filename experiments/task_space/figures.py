@@ -138,7 +138,7 @@ def frame_figure(path: Path, found: TaskSpace, view: View, title: str, grid: Obs
     for axes in (left, middle):
         axes.set(xlim=(0, shape[1]), ylim=(shape[0], 0), xticks=[], yticks=[])
     low, high = grid.lower, grid.lower + np.array(grid.cells.shape) * grid.edge
-    right.imshow(grid.cells.T + 0.3 * grid.seen.T * (grid.cells.T == 0), origin="lower", cmap="gray", extent=(low[0], high[0], low[1], high[1]))  # fmt: skip
+    right.imshow(grid.cells.T + 0.3 * grid.seen.T * (grid.cells.T == 0), vmin=0, vmax=1, origin="lower", cmap="gray", extent=(low[0], high[0], low[1], high[1]))  # fmt: skip
     right.set(xlabel=label("x", "m"), ylabel=label("y", "m"), title="1 white; 0 dark: grey seen, black not seen")
     left.set_title(title)
     middle.set_title("black line: within 2 cm of the plane")

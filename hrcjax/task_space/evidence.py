@@ -66,11 +66,11 @@ def _free(view: View, own: np.ndarray, middle: np.ndarray, reach: float) -> tupl
     height, width = view.depth.shape
     low = np.clip(np.floor(at[0] - radius), 0, [width, height]).astype(int)
     high = np.clip(np.ceil(at[0] + radius) + 1, 0, [width, height]).astype(int)
-    window = np.s_[low[1] : high[1], low[0] : high[0]]
+    window = (slice(low[1], high[1]), slice(low[0], high[0]))
     depth = view.depth[window]
     if depth.size == 0:
         return nothing, nothing
-    direction = rays(view)[window]
+    direction = rays(view, window)
     mine = np.zeros(view.depth.size, bool)
     mine[own] = True
     offset = view.position - middle

@@ -30,7 +30,7 @@ class SplitParams(NamedTuple):
     """Share of the free rays that a shape may claim before the same [1]."""
     off: int = 12
     """Pixels that are not of the shape's surface before the same [1]."""
-    near: float = 0.04
+    near: float = 0.025
     """Things with points nearer than this to each other are tried as one [m]."""
     alike: float = 1.1
     """One shape may explain two things worse than two by this factor, and is taken [1]."""

@@ -13,6 +13,8 @@ TRIES = 300
 """Points whose plane is tried."""
 SAMPLE = 20_000
 """Points by which they are judged."""
+MOST = 60_000
+"""Points to which the plane is fitted."""
 NEAR = 0.02
 """Distance from a tried plane within which a point counts [m]."""
 SHARE = 0.3
@@ -109,6 +111,9 @@ def find_table(views: list[View], up: Float[np.ndarray, "3"], tilt: float = 0.35
     p, n, s = (np.concatenate(x) for x in (place, normal, expected))
     if len(p) < 100:
         raise ValueError("no table in view: fewer than 100 pixels have a normal near the vertical")
+    if len(p) > MOST:
+        fewer = draw.choice(len(p), MOST, replace=False)
+        p, n, s = p[fewer], n[fewer], s[fewer]
     some = draw.choice(len(p), min(SAMPLE, len(p)), replace=False)
     q, m = p[some], n[some]
     tried = draw.choice(len(q), min(TRIES, len(q)), replace=False)

@@ -76,9 +76,14 @@ def view_of(
     return View(np.array(camera.rotation, float), np.array(camera.position, float), focal, centre, depth, deviation, colour)  # fmt: skip
 
 
-def rays(view: View) -> Float[np.ndarray, "height width 3"]:
-    """Directions of all pixels in the world, with length 1 along the optical axis [1]."""
-    rows, columns = np.mgrid[: view.depth.shape[0], : view.depth.shape[1]]
+def rays(view: View, window: tuple[slice, slice] | None = None) -> Float[np.ndarray, "height width 3"]:
+    """Directions of the pixels in the world, with length 1 along the optical axis [1].
+
+    Args:
+        window: rows and columns with bounds, of the pixels that are wanted; None: all.
+    """
+    whole = (slice(0, view.depth.shape[0]), slice(0, view.depth.shape[1]))
+    rows, columns = np.mgrid[whole if window is None else window]
     x, y = (columns - view.centre[0]) / view.focal[0], (rows - view.centre[1]) / view.focal[1]
     return np.stack([x, y, np.ones_like(x)], -1) @ view.rotation.T
 
