@@ -22,7 +22,7 @@ Examples:
 
   Recorded depth into a scene file, one for every frame, with figures; then the sweep in it:
     python -m experiments.task_space --input path/to/recording --out runs/desk
-    python -m experiments.sweep --scene runs/desk/scene-1.toml --quick
+    python -m experiments.sweep --scene runs/desk/figures/scene-1.toml --quick
 
   One scene from several frames of a still camera, named by a detector that you bring (extra: perception):
     python -m experiments.task_space --input path/to/recording --together --segmenter mask_rcnn.onnx --names coco.txt"""
