@@ -1,0 +1,23 @@
+"""Views of a table without noise, by the renderer; the truth is the scene."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from hrcjax.sense import d435i
+from hrcjax.sense.camera import render_scene
+from hrcjax.task_space import View, view_of
+from hrcjax.world.scenes import Obstacle, make_scene
+
+EYES = ((1.2, -0.2, 1.2), (-0.6, -0.2, 1.2))
+TARGET = (0.3, 0.45, 0.0)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def views_of(things: list[Obstacle], decimation: int = 2, eyes=EYES) -> list[View]:
+    scene = make_scene(things, (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0, 0, 0), (1, 1, 1))
+    found = []
+    for eye in eyes:
+        camera = d435i(jnp.asarray(eye, jnp.float32), jnp.asarray(TARGET, jnp.float32), decimation)
+        depth = np.asarray(render_scene(camera, scene))
+        found.append(view_of(camera, np.where(np.isfinite(depth), depth, 0)[None]))
+    return found
