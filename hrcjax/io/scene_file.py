@@ -76,7 +76,7 @@ def read_scene(path: Path, dtype: Any = jnp.float32) -> tuple[Scene, list[str]]:
 
 
 def _number(value: Any) -> str:
-    return f"{round(float(value), 6):g}"
+    return repr(round(float(value), 6))
 
 
 def _numbers(values: Any) -> str:

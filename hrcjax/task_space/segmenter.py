@@ -1,6 +1,6 @@
 """Detectors of objects in a colour image: the protocol, and what becomes of their boxes and masks."""
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Int, UInt
@@ -19,6 +19,7 @@ class Detection(NamedTuple):
     """Its pixels; None: the detector gives boxes alone."""
 
 
+@runtime_checkable
 class Segmenter(Protocol):
     """Finds objects in a colour image, as a Mask R-CNN does."""
 

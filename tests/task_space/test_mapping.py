@@ -125,6 +125,6 @@ def test_two_discs_are_thinnest_between_them() -> None:
     disc = 0.04 * np.sqrt(draw.uniform(size=(3000, 1))) * np.array([[1.0, 1.0]])
     turn = draw.uniform(0, 2 * np.pi, 3000)
     disc = disc * np.stack([np.cos(turn), np.sin(turn)], -1)
-    both = np.concatenate([disc, disc + [0.083, 0.0]])
+    both = np.concatenate([disc, disc + np.array([0.083, 0.0])])
     way, offset = thin_places(np.column_stack([both, np.zeros(len(both))]), 1)[0]
     assert abs(way[0]) > 0.96 and abs(offset / way[0] - 0.0415) < 0.004

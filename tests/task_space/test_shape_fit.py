@@ -58,7 +58,7 @@ def test_free_rays_bound_what_nobody_sees() -> None:
     cap = 0.05 * way[way[:, 2] > 0.8][:300] + [0.3, 0.4, 0.3] + draw.normal(size=(300, 3)) * 1e-3
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     side = np.stack([np.cos(turn), np.sin(turn)], -1) * 0.0505
-    base = np.column_stack([side, np.zeros(60)]) + [0.3, 0.4, 0.3]
+    base = np.column_stack([side, np.zeros(60)]) + np.array([0.3, 0.4, 0.3])
     rise = np.array([0.0, 0.0, 0.1])
     alone = fit_shape(SPHERE, FitParams(), seen_of(cap, base[:0], base[:0], stands=False))
     bound = fit_shape(SPHERE, FitParams(), seen_of(cap, base - rise, base + rise, stands=False))
