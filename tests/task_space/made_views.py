@@ -14,7 +14,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def views_of(things: list[Obstacle], decimation: int = 2, eyes=EYES) -> list[View]:
-    scene = make_scene(things, (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0, 0, 0), (1, 1, 1))
+    scene = make_scene(things, (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0.0,) * 3, (1.0,) * 3)
     found = []
     for eye in eyes:
         camera = d435i(jnp.asarray(eye, jnp.float32), jnp.asarray(TARGET, jnp.float32), decimation)

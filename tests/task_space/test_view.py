@@ -1,10 +1,11 @@
 """Mean depth, normals and pixels of a view, against closed forms."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from made_views import UP, views_of
 
-from hrcjax.sense import NoiseParams
+from hrcjax.sense import NoiseParams, d435i
 from hrcjax.task_space.view import in_image, mean_depth, normals, points, steady, turned, view_of
 
 
@@ -20,10 +21,8 @@ def test_the_mean_leaves_out_pixels_that_fly_and_that_are_seldom_measured() -> N
 
 
 def test_images_of_another_size_are_refused() -> None:
-    from hrcjax.sense import d435i
-
     with pytest.raises(ValueError, match="rows, columns"):
-        view_of(d435i(np.zeros(3, np.float32), np.ones(3, np.float32), 8), np.zeros((1, 3, 3)))
+        view_of(d435i(jnp.zeros(3), jnp.ones(3), 8), np.zeros((1, 3, 3)))
 
 
 def test_normals_of_the_table_point_up_and_points_come_back_to_their_pixels() -> None:
