@@ -20,7 +20,6 @@
 # %%
 # %matplotlib inline
 import jax
-import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
