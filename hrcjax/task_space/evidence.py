@@ -18,7 +18,7 @@ BELOW = 6
 """Rays that must pass below a thing for it to hang [1]."""
 
 
-def evidence(views: list[View], parts: list[Part], places: list[Float[np.ndarray, "pixel 3"]]) -> Evidence:
+def evidence(views: list[View], parts: list[Part], places: list[Float[np.ndarray, "_ 3"]]) -> Evidence:
     """What was seen of one thing that consists of parts of images, in the frame of the views.
 
     Args:

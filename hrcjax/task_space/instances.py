@@ -30,6 +30,10 @@ class SplitParams(NamedTuple):
     """Share of the free rays that a shape may claim before the same [1]."""
     off: int = 12
     """Pixels that are not of the shape's surface before the same [1]."""
+    worst_residual: float = 0.01
+    """Root mean square distance of the points from the best shape at which a thing is kept as points [m]."""
+    worst_claim: float = 0.1
+    """Share of the free rays about a thing that the best shape may claim before it is kept as points [1]."""
     near: float = 0.025
     """Things with points nearer than this to each other are tried as one [m]."""
     alike: float = 1.1
@@ -78,7 +82,7 @@ def _cells(place: np.ndarray, edge: float) -> np.ndarray:
     return np.unique((at[:, 0] << 42) | (at[:, 1] << 21) | at[:, 2])
 
 
-def join_parts(parts: list[Part], places: list[Float[np.ndarray, "pixel 3"]], params: SplitParams) -> list[list[int]]:
+def join_parts(parts: list[Part], places: list[Float[np.ndarray, "_ 3"]], params: SplitParams) -> list[list[int]]:
     """Groups of parts that share cells: one thing each.
 
     Args:

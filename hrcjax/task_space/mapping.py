@@ -9,7 +9,7 @@ from hrcjax.task_space.instances import Part, SplitParams, image_parts, join_par
 from hrcjax.task_space.segmenter import Detection, Segmenter, no_segmenter, pixel_labels
 from hrcjax.task_space.shape_fit import FitParams
 from hrcjax.task_space.solid_distance import POINTS
-from hrcjax.task_space.split import Explained, explain, rejoin
+from hrcjax.task_space.split import Explained, explain, rejoin, shaped
 from hrcjax.task_space.table import Table, find_table, inside
 from hrcjax.task_space.view import View, points, steady, turned
 
@@ -29,10 +29,6 @@ class TaskSpaceParams(NamedTuple):
     """Lower things are not taken for obstacles [m]."""
     edge: float = 0.0
     """How far beyond the table's outline things may be [m]."""
-    worst_residual: float = 0.01
-    """Root mean square distance of the points from the best shape at which the thing is kept as points [m]."""
-    worst_claim: float = 0.1
-    """Share of the free rays about a thing that the best shape may claim before it is kept as points [1]."""
 
 
 class Instance(NamedTuple):
@@ -83,7 +79,7 @@ def _name(parts: list[Part], found: list[list[Detection]]) -> str:
 
 def _instance(name: str, one: Explained, params: TaskSpaceParams) -> Instance:
     kind, fit, seen, place = one.kind, one.fit, one.seen, one.place
-    if float(fit.residual) <= params.worst_residual and float(fit.claimed) <= params.worst_claim:
+    if shaped(one, params.split):
         center, size, off, spread = (np.asarray(x, float) for x in (fit.center, fit.size, fit.center_deviation, fit.size_deviation))  # fmt: skip
         return Instance(name, kind, center, size, float(fit.yaw), off, spread, float(fit.residual), float(fit.claimed), place)  # fmt: skip
     lower, upper = np.asarray(seen.lower, float), np.asarray(seen.upper, float)

@@ -41,6 +41,11 @@ class Explained(NamedTuple):
     """Criterion for each point [1]."""
 
 
+def shaped(one: Explained, split: SplitParams) -> bool:
+    """Whether a thing is its shape, and not its points."""
+    return float(one.fit.residual) <= split.worst_residual and float(one.fit.claimed) <= split.worst_claim
+
+
 def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams) -> Explained:
     places = [flat[part.view][part.pixels] for part in parts]
     seen = evidence(views, parts, places)
@@ -125,12 +130,13 @@ def _as_two(
 def explain(
     views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> list[Explained]:
-    """A group of parts as one thing, or as several where one shape does not do.
+    """A group of parts as one thing, or as several where one shape does not do; as one, too, where most of it has no shape.
 
     Args:
         flat: points of all pixels of every view [m].
     """
-    open_, done = [_fitted(views, parts, flat, params)], []
+    whole = _fitted(views, parts, flat, params)
+    open_, done = [whole], []
     for _ in range(split.most):
         poor = [one for one in open_ if _poor(views, one, flat, params, split)]
         done += [one for one in open_ if not any(one is other for other in poor)]
@@ -143,7 +149,9 @@ def explain(
                 open_ += two
         if not open_:
             break
-    return done + open_
+    done += open_
+    loose = sum(len(one.place) for one in done if not shaped(one, split))
+    return [whole] if len(done) > 1 and loose > len(whole.place) / 2 else done
 
 
 def rejoin(
