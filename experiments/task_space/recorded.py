@@ -162,7 +162,23 @@ within 46 degrees of upwards in the image.
 
 {seen}
 """
-SEEN = ""
+SEEN = """What can be seen in the figures, looked at one by one; there is no other truth for these frames.
+
+* **The plane is right in all five.** In frame 1 it is the top of the dining table, and not the floor; in frames 2 to 5, which show hardly any table,
+  the floor. Beyond 4 m the depth has steps, and the floor is in and out of 2 cm.
+* **Frame 1: nothing is found, and two candlesticks stand on the table.** The camera measured no depth on them and on the far end of the table
+  (white in the middle picture): what has no depth is in no map. The backs of the chairs stand beside the table, and are rightly left out.
+* **The armchair** of frames 2 to 5 is found each time, and kept as points with a box about them, as it is no sphere, column or box. That is right.
+  Its legs and seat are within; the side that faces away is missing, as no frame shows it.
+* **The buffet at the left** is mostly not mapped: it stands where no floor is seen, outside of the plane's outline. What is left of it within, a strip of its
+  front, becomes thin boxes, which is right as far as it goes, and once or twice **a flat disc at the height of its top, some 40 cm wide, which is
+  wrong**: it juts into free air beyond the edge of what the outline shows of the top. One view of a corner does not say where it ends.
+* **Chairs at the right edge** fall into several boxes and columns along their legs and bars: thin parts that no common shape explains, cut by the border of
+  the image. They cover what is seen of them; they are no chairs.
+* **The cabinet and the sofa** at 5 to 7 m are found as points or boxes of the right extent where floor is seen before them, and not at all elsewhere.
+
+So one image of a room gives a usable plane, and shapes for what stands free on it. Thin, cut or far things, and everything without depth, need a
+second view or a detector."""
 """What a person sees who looks at the figures."""
 
 

@@ -39,7 +39,7 @@ def pixel_labels(shape: tuple[int, int], found: list[Detection], least: float = 
     labels = np.full(shape, -1)
 
     def area(one: Detection) -> float:
-        return max(one.box[2] - one.box[0], 0) * max(one.box[3] - one.box[1], 0)
+        return max(one.box[2] - one.box[0], 0.0) * max(one.box[3] - one.box[1], 0.0)
 
     for k in sorted(range(len(found)), key=lambda k: -area(found[k])):
         one = found[k]

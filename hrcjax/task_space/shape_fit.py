@@ -110,7 +110,7 @@ def signed_distance(kind: int, center: Vector3, size: Vector3, yaw: Scalar, x: V
     return column_distance(x, center, size[0], size[2]) if kind == COLUMN else box_distance(x, center, size, yaw)
 
 
-def _robust(r: Array, c: float) -> Array:
+def _robust(r: Array, c: Scalar) -> Array:
     """A residual whose square is Cauchy's loss, with the same sign."""
     return c * jnp.sign(r) * jnp.sqrt(jnp.log1p((r / c) ** 2) + 1e-12)
 

@@ -108,8 +108,11 @@ def test_a_step_in_depth_or_a_detector_parts_an_image() -> None:
     none = pixel_labels(depth.shape, [])
     params = SplitParams()
     assert sorted(len(p.pixels) for p in image_parts(view, 0, above, none, params)) == [400, 400]
-    big, small = Detection((0, 0, 80, 60), 0.9, "table", None), Detection((20, 10, 30, 30), 0.8, "cup", None)
-    weak = Detection((30, 10, 35, 30), 0.2, "ghost", None)
+    big, small = (
+        Detection((0.0, 0.0, 80.0, 60.0), 0.9, "table", None),
+        Detection((20.0, 10.0, 30.0, 30.0), 0.8, "cup", None),
+    )
+    weak = Detection((30.0, 10.0, 35.0, 30.0), 0.2, "ghost", None)
     labels = pixel_labels(depth.shape, [small, big, weak])
     assert labels[15, 25] == 0 and labels[15, 32] == 1  # the smaller box is in front; a weak one is none
     parts = image_parts(view, 0, above, labels, params)
