@@ -171,7 +171,7 @@ SEEN = """What can be seen in the figures, looked at one by one; there is no oth
 * **The armchair** of frames 2 to 5 is found each time, and kept as points with a box about them, as it is no sphere, column or box. That is right.
   Its legs and seat are within; the side that faces away is missing, as no frame shows it.
 * **The buffet at the left** is mostly not mapped: it stands where no floor is seen, outside of the plane's outline. What is left of it within, a strip of its
-  front, becomes thin boxes, which is right as far as it goes, and once or twice **a flat disc at the height of its top, some 40 cm wide, which is
+  front, becomes thin boxes, which is right as far as it goes, and in frames 3 to 5 **a flat disc at the height of its top, some 40 cm wide, which is
   wrong**: it juts into free air beyond the edge of what the outline shows of the top. One view of a corner does not say where it ends.
 * **Chairs at the right edge** fall into several boxes and columns along their legs and bars: thin parts that no common shape explains, cut by the border of
   the image. They cover what is seen of them; they are no chairs.
