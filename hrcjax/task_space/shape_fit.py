@@ -112,7 +112,7 @@ def signed_distance(kind: int, center: Vector3, size: Vector3, yaw: Scalar, x: V
 
 def _robust(r: Array, c: Scalar) -> Array:
     """A residual whose square is Cauchy's loss, with the same sign."""
-    return c * jnp.sign(r) * jnp.sqrt(jnp.log1p((r / c) ** 2) + 1e-12)
+    return jnp.asarray(c, r.dtype) * jnp.sign(r) * jnp.sqrt(jnp.log1p((r / c) ** 2) + 1e-12)
 
 
 def _start(kind: int, seen: Evidence, yaw: Array) -> Float[Array, "unknown"]:
