@@ -207,7 +207,7 @@ def fit_shape(kind: int, params: FitParams, seen: Evidence) -> Fitted:
     center, size, turn = solid_of(kind, u)
     yaw = jnp.asarray(turn)
     on, through, _ = _parts(kind, params, seen, u, starts[best])
-    count_points = jnp.maximum(jnp.sum(seen.mask), 1)
+    count_points = jnp.maximum(jnp.sum(seen.mask, dtype=on.dtype), 1)
     sigma = jnp.sqrt(seen.deviation**2 + params.model**2)
     mild = jnp.sum(_robust(on, params.robust) ** 2) / count_points
     covariance = jnp.linalg.inv(A + 1e-6 * jnp.eye(len(u), dtype=A.dtype)) * jnp.maximum(mild, 1)
@@ -220,6 +220,6 @@ def fit_shape(kind: int, params: FitParams, seen: Evidence) -> Fitted:
         center=center, size=size, yaw=yaw, cost=cost,
         residual=jnp.sqrt(jnp.sum((on * sigma) ** 2) / count_points),
         normalised=jnp.sqrt(mild),
-        claimed=jnp.sum(through > 2) / jnp.maximum(jnp.sum(seen.free), 1),
+        claimed=jnp.sum(through > 2, dtype=on.dtype) / jnp.maximum(jnp.sum(seen.free, dtype=on.dtype), 1),
         center_deviation=deviations(to_center), size_deviation=deviations(to_size),
     )  # fmt: skip

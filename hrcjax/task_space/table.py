@@ -119,8 +119,9 @@ def find_table(views: list[View], up: Float[np.ndarray, "3"], tilt: float = 0.35
     tried = draw.choice(len(q), min(TRIES, len(q)), replace=False)
     heights = np.array([m[k] @ q[k] for k in tried])
     counts = np.array([np.sum((np.abs(q @ m[k] - h) < NEAR) & (m @ m[k] > ALIKE)) for k, h in zip(tried, heights, strict=True)])  # fmt: skip
-    level = q[tried] @ up
     large = counts >= SHARE * counts.max()
+    across = counts[large] @ m[tried][large]  # what is level need not be so along `up`
+    level = q[tried] @ (across / np.linalg.norm(across))
     same = np.abs(level - level[large].max()) < APART
     best = tried[int(np.argmax(np.where(same & large, counts, -1)))]
     way, offset = m[best], float(m[best] @ q[best])

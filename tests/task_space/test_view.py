@@ -35,8 +35,8 @@ def test_normals_of_the_table_point_up_and_points_come_back_to_their_pixels() ->
     assert np.degrees(np.arccos(np.clip(n[inner] @ UP, -1, 1))).max() < 0.2
     pixel, z = in_image(view, place[10:40:7, 20:60:9])
     rows, columns = np.mgrid[10:40:7, 20:60:9]
-    np.testing.assert_allclose(pixel, np.stack([columns, rows], -1), atol=1e-6)
-    np.testing.assert_allclose(z, view.depth[10:40:7, 20:60:9], rtol=1e-9)
+    np.testing.assert_allclose(pixel, np.stack([columns, rows], -1), atol=1e-4)
+    np.testing.assert_allclose(z, view.depth[10:40:7, 20:60:9], rtol=1e-5)
 
 
 def test_a_turned_view_has_turned_points() -> None:
