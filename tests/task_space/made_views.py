@@ -19,5 +19,6 @@ def views_of(things: list[Obstacle], decimation: int = 2, eyes=EYES) -> list[Vie
     for eye in eyes:
         camera = d435i(jnp.asarray(eye, jnp.float32), jnp.asarray(TARGET, jnp.float32), decimation)
         depth = np.asarray(render_scene(camera, scene))
-        found.append(view_of(camera, np.where(np.isfinite(depth), depth, 0)[None]))
+        images = np.repeat(np.where(np.isfinite(depth), depth, 0)[None], 16, axis=0)  # as sure as the mean of sixteen
+        found.append(view_of(camera, images))
     return found

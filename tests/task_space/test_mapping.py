@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from made_views import UP, views_of
@@ -79,7 +80,7 @@ def test_the_grid_has_the_area_of_the_things() -> None:
 def test_the_scene_of_the_planner_has_the_solids() -> None:
     scene = instances_scene(mapped().instances, robotica(), mapped().table)
     assert int(scene.mask.sum()) == len(THINGS) and scene.mask.shape == (16,)
-    x = np.array([0.5, 0.3, 0.12], np.float32)  # 4 cm over the box
+    x = jnp.array([0.5, 0.3, 0.12], jnp.float32)  # 4 cm over the box
     assert float(obstacle_distances(scene, x).min()) == pytest.approx(0.04, abs=0.003)
     np.testing.assert_array_equal(scene.start, robotica().start)
     with pytest.raises(ValueError, match="do not fit"):
@@ -90,7 +91,7 @@ def test_solid_distances_are_those_of_a_scene() -> None:
     scene = instances_scene(mapped().instances, robotica(), mapped().table)
     draw = np.random.default_rng(0)
     for x in draw.uniform([0, 0, 0], [0.8, 0.8, 0.4], (5, 3)):
-        theirs = np.asarray(obstacle_distances(scene, x.astype(np.float32)))[: len(THINGS)]
+        theirs = np.asarray(obstacle_distances(scene, jnp.asarray(x, jnp.float32)))[: len(THINGS)]
         table = mapped().table
         ours = [solid_distances(i.kind, i.center, i.size, i.yaw, (table.rotation @ x + table.shift)[None])[0] for i in mapped().instances]  # fmt: skip
         np.testing.assert_allclose(ours, theirs, atol=1e-4)
