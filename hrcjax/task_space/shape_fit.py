@@ -83,7 +83,7 @@ class Fitted(NamedTuple):
     claimed: Float[Array, ""]
     """Share of the rays of free space that pass through the shape, deeper than two of their deviations [1]."""
     center_deviation: Float[Array, "3"]
-    """Standard deviations of the centre [m]."""
+    """Standard deviations of the centre; up to `FitParams.size` where a side is bounded by rays alone that do not press [m]."""
     size_deviation: Float[Array, "3"]
     """And of the half extents [m]."""
 

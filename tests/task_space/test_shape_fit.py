@@ -62,7 +62,7 @@ def test_free_rays_bound_what_nobody_sees() -> None:
     rise = np.array([0.0, 0.0, 0.1])
     alone = fit_shape(SPHERE, FitParams(), seen_of(cap, base[:0], base[:0], stands=False))
     bound = fit_shape(SPHERE, FitParams(), seen_of(cap, base - rise, base + rise, stands=False))
-    assert abs(float(bound.size[0]) - 0.05) < 1e-3
+    assert abs(float(bound.size[0]) - 0.05) < 2e-3
     assert float(bound.size_deviation[0]) <= float(alone.size_deviation[0])
 
 
