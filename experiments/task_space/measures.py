@@ -79,7 +79,7 @@ def measure_table(things: list[Obstacle], found: TaskSpace, exact: list[NDArray]
     gaps = np.array([_gap(i, samples, things) for i in range(count)])
     distances = np.array([
         [solid_distances(one.kind, c, one.size, one.yaw, s) for one, c in zip(every, centers, strict=True)] for s in samples
-    ]).reshape(count, len(every), -1)  # fmt: skip
+    ]).reshape(count, len(every), len(samples[0]))  # fmt: skip
     covers = np.mean(distances <= COVER, axis=2) if len(every) else np.zeros((count, 0))
     merged = np.array(
         [match[i] < 0 and gaps[i] < TOUCH and len(every) > 0 and covers[i].max() >= 0.99 for i in range(count)]
