@@ -153,7 +153,7 @@ def _mapped(config: TaskSpaceConfig, folder: Path, name: str, views: list[View],
 FRAMES = """
 ## Recorded frames
 
-{count} frames of a living room by a hand-held RGB-D camera of 2010 (640 x 480 pixels), each mapped alone: one image, no mean. Upwards is assumed to be
+{count} frames of a living room by a hand-held RGB-D camera (640 x 480 pixels), each mapped alone: one image, no mean. Upwards is assumed to be
 within 46 degrees of upwards in the image.
 
 | frame | plane: extent [m] | residual [mm] | noise over the model's | spheres | columns | boxes | points |

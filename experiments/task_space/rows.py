@@ -37,7 +37,7 @@ WORDS = {
     "deviations": "median over things of the largest error of a coordinate of the centre over its standard deviation",
     "table_mm": "largest error of the table's height below the middle of the things",
     "table_deg": "largest error of its normal",
-    "frame_s": "median time of mapping two mean images of 640 x 480 pixels, without taking and averaging the images",
+    "frame_s": "median time by the clock, whatever else the machine did, of mapping two mean images of 640 x 480 pixels, without taking and averaging them",
 }
 """Row -> what it measures."""
 
