@@ -23,6 +23,9 @@ Examples:
   Your own policy, planner, field, monitor or arm, from my_cell.py in this folder:
     python -m experiments.sweep --cell my_cell:build --grid policy.stiffness=lin:10:80:8
 
+  The planner gets its obstacles from the cameras of the set-up, and not as they are:
+    python -m experiments.sweep --obstacles sensed --quick
+
   Other parameters: 256 Sobol samples of the field's length scale and a gain of the motion policy:
     python -m experiments.sweep --sobol 256 --grid field.length_scale=log:0.02:0.1 policy.collision.k_rep=lin:0.1:2
 
@@ -53,7 +56,9 @@ class SweepConfig:
     cell: str = "ur5"
     """The cell: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION that returns one with a planner, field, policy, monitor or arm of your own."""
     scene: tuple[str, ...] = ("robotica",)
-    """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
+    """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter, or TOML files of named shapes (docs/formats.md), such as `experiments.task_space` makes of a recording."""
+    obstacles: Literal["known", "sensed"] = "known"
+    """What the planner is given: known, the exact obstacles; or sensed, what the set-up's two cameras make of them as spheres, columns and boxes (docs/task-space.md). Metrics go by the exact ones."""
     person: tuple[str, ...] = ("reach_in",)
     """People: names of motions (reach_in, pass_by, stand_and_work, reach_and_stay, nobody) or BVH files; two at once: reach_in+pass_by. A file's unit, up axis and joints are found from the body, or given after its name: walk.bvh,unit=cm,up=z,names=joints.toml."""
     seed: tuple[int, ...] = (0,)

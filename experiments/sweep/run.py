@@ -10,6 +10,7 @@ from typing import Any
 import jax
 
 from hrcjax.io.motions.spec import motion_spec, people_of
+from hrcjax.io.scene_file import is_scene_file
 from hrcjax.lab.configs import read_config
 from hrcjax.lab.errors import UsageError, one_line
 from hrcjax.lab.field_docs import leaf_docs
@@ -47,12 +48,18 @@ def _people(config: SweepConfig) -> list[dict[str, str]]:
     return people
 
 
+def _scenes(config: SweepConfig) -> list[Any]:
+    """Scenes by name; files also with their digest."""
+    return [[name, file_digest(Path(name))] if is_scene_file(name) else name for name in config.scene]
+
+
 def identity(config: SweepConfig, problem: Sweepable, settings: Settings, chunk: int) -> dict[str, Any]:
     """Everything that determines the results of a run, as JSON values."""
     used = versions()
     return {
         "cell": [config.cell, problem.code],
-        "scene": list(config.scene),
+        "scene": _scenes(config),
+        "obstacles": config.obstacles,
         "person": _people(config),
         "seed": list(config.seed),
         "axes": {axis.name: list(axis.values) or [axis.scale, axis.low, axis.high] for axis in settings.axes},
@@ -84,7 +91,9 @@ def _build(config: SweepConfig) -> Sweepable:
     from hrcjax.cells.problem import build_problem  # here, so that --help and wrong options answer at once
 
     try:
-        return build_problem(config.scene, config.person, config.seed, config.backend, config.cell, config.motion)
+        return build_problem(
+            config.scene, config.person, config.seed, config.backend, config.cell, config.motion, config.obstacles
+        )
     except (ValueError, OSError) as error:
         raise UsageError(one_line(error)) from error
 
@@ -136,7 +145,8 @@ def _check_grid(config: SweepConfig, problem: Sweepable) -> None:
 def _default_folder(config: SweepConfig, mark: str) -> Path:
     singles = [one for name in config.person for one in people_of(name)]
     people = [spec.path.stem if (spec := motion_spec(name)) else name for name in singles]
-    return Path("runs") / f"{folder_name('-'.join(['sweep', '+'.join(config.scene), '+'.join(people)]))}-{mark[:8]}"
+    scenes = [Path(name).stem if is_scene_file(name) else name for name in config.scene]
+    return Path("runs") / f"{folder_name('-'.join(['sweep', '+'.join(scenes), '+'.join(people)]))}-{mark[:8]}"
 
 
 def run(config: SweepConfig) -> int:

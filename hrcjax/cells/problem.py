@@ -13,12 +13,13 @@ from hrcjax.cells.digest import cell_digest
 from hrcjax.cells.named_cell import find_cell
 from hrcjax.cells.people import PERSON_RATE, make_person, recording_notes
 from hrcjax.cells.results import STATUSES, TRACES, evaluate
+from hrcjax.cells.scenes import scene_of, sensed_scenes
 from hrcjax.cells.ur5 import CELLS
 from hrcjax.cells.worlds import DESCRIBED, build_world, describe
 from hrcjax.io.motions.spec import people_of
 from hrcjax.metrics import METRICS
 from hrcjax.sweeps.sweepable import Metric, Sweepable
-from hrcjax.world import MOTIONS, scene_named
+from hrcjax.world import MOTIONS, Scene
 
 BYTES_PER_TICK = 2200
 """Memory per tick and setting while a chunk runs, measured [bytes]."""
@@ -31,6 +32,7 @@ def build_problem(
     backend: str | None = None,
     cell_name: str = "ur5",
     motion: str | None = None,
+    obstacles: str = "known",
 ) -> Sweepable:
     """The problem that the sweep runs.
 
@@ -38,6 +40,7 @@ def build_problem(
         people: names of motions, BVH files, or several of them joined by "+" for people in the cell at the same time.
         backend: of the arm's dynamics; None: that of the cell.
         motion: how the arm moves, `Cell.motion`; None: as the cell says.
+        obstacles: what the planner is given: "known", the exact shapes, or "sensed", what the set-up's cameras make of them.
         cell_name: a built-in cell, or MODULE:FUNCTION that returns one.
 
     Raises:
@@ -47,19 +50,23 @@ def build_problem(
     chosen = {"backend": backend, "motion": motion}
     cell = replace(named.cell, **{name: value for name, value in chosen.items() if value is not None})
     cell = replace(cell, people=max(cell.people, *(len(people_of(name)) for name in people)))
-    most = max(int(np.sum(scene_named(scene, seed).mask)) for scene, seed in product(scenes, seeds))
+    given: dict[tuple[str, int], Scene] = {key: scene_of(*key) for key in product(scenes, seeds)}
+    if obstacles == "sensed":
+        given = sensed_scenes(cell, list(given))
+    most = max(int(np.sum(scene.mask)) for scene in given.values())
     cell = replace(cell, obstacles=max(most, 1))
     named = replace(named, cell=cell)
     check_cell(named)
     duration = cell.ticks * cell.dt
     frames = round(duration * PERSON_RATE) + 1
-    for scene in scenes:
-        scene_named(scene, 0)
     singles = [one for name in people for one in people_of(name)]
     for one in singles:
-        make_person(one, scene_named(scenes[0], 0), 0, 1.0)
+        make_person(one, scene_of(scenes[0], 0), 0, 1.0)
     worlds: list[tuple[Mapping[str, Any], Callable[[], Any]]] = [
-        ({"scene": scene, "person": person, "seed": seed}, partial(build_world, cell, scene, person, seed))
+        (
+            {"scene": scene, "person": person, "seed": seed},
+            partial(build_world, cell, scene, person, seed, given[scene, seed] if obstacles == "sensed" else None),
+        )
         for scene, person, seed in product(scenes, people, seeds)
     ]
     own = {name: metric for name, (metric, _) in named.metrics.items()}

@@ -6,10 +6,11 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.cells.people import make_people
+from hrcjax.cells.scenes import scene_of
 from hrcjax.sense.rig import cell_rig
 from hrcjax.sim import Cell, World, make_world
 from hrcjax.sweeps.sweepable import Trace
-from hrcjax.world import scene_named
+from hrcjax.world import Scene
 
 DESCRIBED = {
     "obstacle_kind": Trace(("obstacle",), "", "0 sphere, 1 column, 2 box"),
@@ -43,8 +44,12 @@ def describe(world: World) -> dict[str, Any]:
     }
 
 
-def build_world(cell: Cell, scene_name: str, person_name: str, seed: int) -> World:
-    """One scene with one person or more, sensed."""
-    scene = scene_named(scene_name, seed)
+def build_world(cell: Cell, scene_name: str, person_name: str, seed: int, known: Scene | None = None) -> World:
+    """One scene with one person or more, sensed.
+
+    Args:
+        known: the obstacles that the planner is told of; None: those of the scene.
+    """
+    scene = scene_of(scene_name, seed)
     person = make_people(person_name, scene, seed, cell.ticks * cell.dt, cell.people)
-    return make_world(cell, scene, person, cell_rig(scene), jax.random.key(seed))
+    return make_world(cell, scene, person, cell_rig(scene), jax.random.key(seed), known=known)

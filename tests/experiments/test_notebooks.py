@@ -91,3 +91,9 @@ def test_a_reach_past_an_arm() -> None:
 @pytest.mark.skipif("HRCJAX_ALL" not in os.environ, reason="minutes of compilation: HRCJAX_ALL=1 runs it")
 def test_from_a_cloud_to_a_grasp() -> None:
     assert images_of("05_from_a_cloud_to_a_grasp.py") == 4
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("HRCJAX_ALL" not in os.environ, reason="a minute of compilation: HRCJAX_ALL=1 runs it")
+def test_from_an_image_to_a_motion() -> None:
+    assert images_of("07_from_an_image_to_a_motion.py") == 4

@@ -24,6 +24,7 @@ NAMES = [
     "safety",
     "sensing",
     "sweep",
+    "task_space",
     "tune",
 ]
 

@@ -1,0 +1,189 @@
+"""Two things that touch, or nearly so, hang together in images and on the grid; they are told apart by shape.
+
+Solids that stand beside each other and are convex from above are on two sides of an upright plane: a group that no shape explains
+is cut where it is thinnest, or between the points on the best shape and those off it; every point then goes to the shape that it is nearest to, and the two are kept if they explain the
+group better than one.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial import KDTree
+
+from hrcjax.task_space.choice import best_shape
+from hrcjax.task_space.evidence import evidence
+from hrcjax.task_space.instances import Part, SplitParams
+from hrcjax.task_space.shape_fit import OFF, Evidence, FitParams, Fitted
+from hrcjax.task_space.solid_distance import solid_distances
+from hrcjax.task_space.view import View
+
+ANGLES = 24
+"""Directions of upright planes that are tried, over half a turn."""
+STRIP = 0.004
+"""Width of the strip about a plane in which points are counted [m]."""
+CUTS = 2
+"""Planes that are tried."""
+ROUNDS = 2
+"""Times that points change sides."""
+
+
+class Explained(NamedTuple):
+    """A thing with the shape that explains it best."""
+
+    parts: list[Part]
+    place: Float[np.ndarray, "point 3"]
+    """Its points [m]."""
+    seen: Evidence
+    kind: int
+    fit: Fitted
+    score: float
+    """Criterion for each point [1]."""
+
+
+def shaped(one: Explained, split: SplitParams) -> bool:
+    """Whether a thing is its shape, and not its points."""
+    return float(one.fit.residual) <= split.worst_residual and float(one.fit.claimed) <= split.worst_claim
+
+
+def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams) -> Explained:
+    places = [flat[part.view][part.pixels] for part in parts]
+    seen = evidence(views, parts, places)
+    kind, fit, score = best_shape(seen, params)
+    return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1))
+
+
+def thin_places(place: Float[np.ndarray, "point 3"], count: int) -> list[tuple[Float[np.ndarray, "2"], float]]:
+    """Upright planes, normal . (x, y) = offset, about which there are fewest points, and an eighth on either side at least; best
+    first, each of another direction."""
+    found = []
+    for angle in np.arange(ANGLES) * np.pi / ANGLES:
+        way = np.array([np.cos(angle), np.sin(angle)])
+        along = place[:, :2] @ way
+        low, high = np.quantile(along, [0.125, 0.875])
+        edges = np.arange(low, high + STRIP, STRIP / 2)
+        if len(edges) < 3:
+            continue
+        order = np.sort(along)
+        within = np.searchsorted(order, edges + STRIP / 2) - np.searchsorted(order, edges - STRIP / 2)
+        across = place[:, :2] @ np.array([-way[1], way[0]])
+        # thin in comparison with what a body of the same points and width would have
+        usual = len(place) * STRIP / max(np.ptp(along), STRIP)
+        best = int(np.argmin(within))
+        found.append((within[best] / usual, -np.ptp(across), way, float(edges[best])))
+    found.sort(key=lambda one: one[:2])
+    kept: list[tuple[np.ndarray, float]] = []
+    for _, _, way, offset in found:
+        if all(abs(way @ other) < np.cos(np.deg2rad(20)) for other, _ in kept):
+            kept.append((way, offset))
+    return kept[:count]
+
+
+def _sides(parts: list[Part], side: list[np.ndarray], least: int) -> tuple[list[Part], list[Part]]:
+    first = [part._replace(pixels=part.pixels[s]) for part, s in zip(parts, side, strict=True)]
+    second = [part._replace(pixels=part.pixels[~s]) for part, s in zip(parts, side, strict=True)]
+    return tuple([p for p in half if len(p.pixels) >= max(least // 3, 1)] for half in (first, second))  # pyright: ignore[reportReturnType]  # two
+
+
+def _from(one: Explained, place: np.ndarray) -> np.ndarray:
+    """Distances of points from the surface of a shape [m]."""
+    return np.abs(
+        solid_distances(one.kind, np.asarray(one.fit.center), np.asarray(one.fit.size), float(one.fit.yaw), place)
+    )
+
+
+def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams) -> list[np.ndarray]:
+    """Which pixels of every part are not of the shape's surface."""
+    spread = [np.hypot(views[p.view].deviation.ravel()[p.pixels], params.model) for p in one.parts]
+    return [_from(one, flat[p.view][p.pixels]) > OFF * s for p, s in zip(one.parts, spread, strict=True)]
+
+
+def _poor(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams) -> bool:
+    """Whether a shape explains a group so badly that two are tried."""
+    if float(one.fit.normalised) > split.poor or float(one.fit.claimed) > split.claimed:
+        return True
+    return sum(int(off.sum()) for off in _off(views, one, flat, params)) >= split.off
+
+
+def _as_two(
+    views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> tuple[Explained, Explained] | None:
+    """The best of two shapes, if they explain a group better than one does."""
+    best, least = None, one.score
+    starts = [[flat[p.view][p.pixels][:, :2] @ way < offset for p in one.parts] for way, offset in thin_places(one.place, CUTS)]  # fmt: skip
+    off = [~one_off for one_off in _off(views, one, flat, params)]
+    for side in [*starts, off]:
+        for _ in range(ROUNDS):
+            halves = _sides(one.parts, side, split.least_pixels)
+            if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
+                break
+            two = tuple(_fitted(views, half, flat, params) for half in halves)
+            counts = [len(t.place) for t in two]
+            score = float(np.average([t.score for t in two], weights=counts))
+            if score < least:
+                best, least = two, score
+            near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
+            side = [a < b for a, b in zip(*near, strict=True)]
+    return best  # pyright: ignore[reportReturnType]  # two
+
+
+def explain(
+    views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> list[Explained]:
+    """A group of parts as one thing, or as several where one shape does not do; as one, too, where most of it has no shape.
+
+    Args:
+        flat: points of all pixels of every view [m].
+    """
+    whole = _fitted(views, parts, flat, params)
+    open_, done = [whole], []
+    for _ in range(split.most):
+        poor = [one for one in open_ if _poor(views, one, flat, params, split)]
+        done += [one for one in open_ if not any(one is other for other in poor)]
+        open_ = []
+        for one in poor:
+            two = _as_two(views, one, flat, params, split)
+            if two is None:
+                done.append(one)
+            else:
+                open_ += two
+        if not open_:
+            break
+    done += open_
+    loose = sum(len(one.place) for one in done if not shaped(one, split))
+    return [whole] if len(done) > 1 and loose > len(whole.place) / 2 else done
+
+
+def rejoin(
+    views: list[View], every: list[Explained], flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> list[Explained]:
+    """The same things, but for those that are parts of one: seen from different sides and with no cell in common, or cut by
+    something in front. Neighbours become one where one shape explains both as well as two do.
+
+    Args:
+        flat: points of all pixels of every view [m].
+    """
+    every = list(every)
+    tried: list[tuple[Explained, Explained]] = []
+    while True:
+        near = _near_pairs(every, split)
+        pair = next((p for p in near if not any(every[p[0]] is a and every[p[1]] is b for a, b in tried)), None)
+        if pair is None:
+            return every
+        a, b = (every[k] for k in pair)
+        tried.append((a, b))
+        one = _fitted(views, a.parts + b.parts, flat, params)
+        apart = float(np.average([a.score, b.score], weights=[len(a.place), len(b.place)]))
+        if one.score <= split.alike * apart and not _poor(views, one, flat, params, split):
+            every = [other for k, other in enumerate(every) if k not in pair] + [one]
+
+
+def _near_pairs(every: list[Explained], split: SplitParams) -> list[tuple[int, int]]:
+    """Things with points nearer to each other than `near`."""
+    trees = [KDTree(one.place) for one in every]
+    return [
+        (i, j)
+        for i in range(len(every))
+        for j in range(i)
+        if trees[i].query(every[j].place, distance_upper_bound=split.near)[0].min() < split.near
+    ]

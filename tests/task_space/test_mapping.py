@@ -1,0 +1,138 @@
+"""The whole mapping on rendered tables: the plane, kinds and sizes of things, things in contact, the grid, the scene of a planner."""
+
+from functools import cache
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from made_views import UP, views_of
+
+from hrcjax.task_space import POINTS, TaskSpace, find_table, instances_scene, map_table, obstacle_grid, solid_distances
+from hrcjax.task_space.instances import SplitParams, image_parts, join_parts
+from hrcjax.task_space.segmenter import Detection, pixel_labels
+from hrcjax.task_space.split import thin_places
+from hrcjax.task_space.view import turned
+from hrcjax.world import obstacle_distances, robotica
+from hrcjax.world.scene import BOX, COLUMN, SPHERE
+from hrcjax.world.scenes import Obstacle
+
+THINGS = [
+    Obstacle(SPHERE, (0.15, 0.3, 0.05), (0.05, 0.05, 0.05), 0.0, 0.05),
+    Obstacle(BOX, (0.5, 0.3, 0.04), (0.06, 0.03, 0.04), 0.5, 0.05),
+    Obstacle(COLUMN, (0.2, 0.6, 0.06), (0.03, 0.03, 0.06), 0.0, 0.03),
+    Obstacle(BOX, (0.27, 0.6, 0.03), (0.038, 0.03, 0.03), 0.0, 0.03),  # 2 mm beside the column
+    Obstacle(SPHERE, (0.6, 0.6, 0.25), (0.04, 0.04, 0.04), 0.0, 0.04),  # hangs
+]
+
+
+@cache
+def mapped() -> TaskSpace:
+    return map_table(views_of(THINGS), UP)
+
+
+def test_things_have_their_kind_place_and_size() -> None:
+    found = mapped().instances
+    assert len(found) == len(THINGS)
+    for o in THINGS:
+        one = min(found, key=lambda i: np.linalg.norm(i.center - o.center))
+        assert one.kind == o.kind, o
+        np.testing.assert_allclose(one.center, o.center, atol=0.004)
+        other = np.array(one.size)
+        if o.kind == BOX and round((one.yaw - o.yaw) / (np.pi / 2)) % 2:
+            other = other[[1, 0, 2]]
+        np.testing.assert_allclose(other, o.size, atol=0.004)
+        assert (
+            np.all((one.center_deviation > 0) & (one.center_deviation < 0.06))
+            and one.residual < 0.004
+            and one.claimed < 0.02
+        )
+
+
+def test_the_table_is_the_top_and_not_the_floor() -> None:
+    table = mapped().table
+    assert abs(table.offset) < 1e-3 and table.normal[2] > 1 - 1e-6
+    assert table.excess < 1.2
+
+
+def test_a_table_seen_in_a_tilted_frame_has_that_tilt() -> None:
+    angle, shift = 0.2, np.array([0.1, -0.2, 0.3])
+    R = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    table = find_table([turned(v, R, shift) for v in views_of([THINGS[0]], 4)], UP)
+    np.testing.assert_allclose(table.normal, R @ UP, atol=1e-3)
+    on = R @ np.array([0.3, 0.4, 0.0]) + shift
+    assert abs((table.rotation @ on + table.shift)[2]) < 1e-3  # its own frame has it at z = 0
+    np.testing.assert_allclose(table.rotation @ table.rotation.T, np.eye(3), atol=1e-12)
+
+
+def test_nothing_level_in_view_is_said() -> None:
+    with pytest.raises(ValueError, match="no table in view"):
+        find_table(views_of([], 4), np.array([1.0, 0.0, 0.0]))
+
+
+def test_the_grid_has_the_area_of_the_things() -> None:
+    grid = obstacle_grid(mapped(), 0.005, np.array([0.0, 0.1]), np.array([0.8, 0.8]))
+    assert set(np.unique(grid.cells)) == {0, 1} and grid.cells.shape == (160, 140)
+    true = np.pi * (0.05**2 + 0.03**2 + 0.04**2) + 4 * (0.06 * 0.03 + 0.038 * 0.03)
+    assert grid.cells.sum() * 0.005**2 == pytest.approx(true, rel=0.06)
+    at = np.floor((np.array([[0.15, 0.3], [0.4, 0.45]]) - grid.lower) / grid.edge).astype(int)
+    assert grid.cells[tuple(at[0])] == 1 and grid.cells[tuple(at[1])] == 0 and grid.seen[tuple(at[1])]
+    np.testing.assert_allclose(grid.middles()[0, 0], [0.0025, 0.1025])
+    with pytest.raises(ValueError, match="positive"):
+        obstacle_grid(mapped(), 0.0)
+
+
+def test_the_scene_of_the_planner_has_the_solids() -> None:
+    scene = instances_scene(mapped().instances, robotica(), mapped().table)
+    assert int(scene.mask.sum()) == len(THINGS) and scene.mask.shape == (16,)
+    x = jnp.array([0.5, 0.3, 0.12], jnp.float32)  # 4 cm over the box
+    assert float(obstacle_distances(scene, x).min()) == pytest.approx(0.04, abs=0.003)
+    np.testing.assert_array_equal(scene.start, robotica().start)
+    with pytest.raises(ValueError, match="do not fit"):
+        instances_scene(mapped().instances, robotica(), mapped().table, capacity=2)
+
+
+def test_solid_distances_are_those_of_a_scene() -> None:
+    scene = instances_scene(mapped().instances, robotica(), mapped().table)
+    draw = np.random.default_rng(0)
+    for x in draw.uniform([0, 0, 0], [0.8, 0.8, 0.4], (5, 3)):
+        theirs = np.asarray(obstacle_distances(scene, jnp.asarray(x, jnp.float32)))[: len(THINGS)]
+        table = mapped().table
+        ours = [solid_distances(i.kind, i.center, i.size, i.yaw, (table.rotation @ x + table.shift)[None])[0] for i in mapped().instances]  # fmt: skip
+        np.testing.assert_allclose(ours, theirs, atol=1e-4)
+    square = solid_distances(POINTS, np.zeros(3), np.ones(3), 0.0, np.array([[3.0, 0, 0], [0, 0, 0]]))
+    np.testing.assert_allclose(square, [2.0, -1.0])
+
+
+def test_a_step_in_depth_or_a_detector_parts_an_image() -> None:
+    view = views_of([], 8)[0]
+    depth = np.full_like(view.depth, 1.0)
+    depth[:, 40:] = 1.1
+    view = view._replace(depth=depth, deviation=np.full_like(depth, 1e-3))
+    above = np.zeros(depth.shape, bool)
+    above[10:30, 20:60] = True
+    none = pixel_labels(depth.shape, [])
+    params = SplitParams()
+    assert sorted(len(p.pixels) for p in image_parts(view, 0, above, none, params)) == [400, 400]
+    big, small = (
+        Detection((0.0, 0.0, 80.0, 60.0), 0.9, "table", None),
+        Detection((20.0, 10.0, 30.0, 30.0), 0.8, "cup", None),
+    )
+    weak = Detection((30.0, 10.0, 35.0, 30.0), 0.2, "ghost", None)
+    labels = pixel_labels(depth.shape, [small, big, weak])
+    assert labels[15, 25] == 0 and labels[15, 32] == 1  # the smaller box is in front; a weak one is none
+    parts = image_parts(view, 0, above, labels, params)
+    assert sorted((p.label, len(p.pixels)) for p in parts) == [(0, 200), (1, 200), (1, 400)]
+    same = [np.zeros((5, 3)) + [0.1, 0.2, 0.3] + np.arange(5)[:, None] * 0.02] * 3
+    assert join_parts(parts, same, params) != [[0, 1, 2]]  # what a detector parts in an image stays apart
+    every = [p._replace(label=-1) for p in parts]
+    assert join_parts(every, same, params) == [[0, 1, 2]]
+
+
+def test_two_discs_are_thinnest_between_them() -> None:
+    draw = np.random.default_rng(1)
+    disc = 0.04 * np.sqrt(draw.uniform(size=(3000, 1))) * np.array([[1.0, 1.0]])
+    turn = draw.uniform(0, 2 * np.pi, 3000)
+    disc = disc * np.stack([np.cos(turn), np.sin(turn)], -1)
+    both = np.concatenate([disc, disc + np.array([0.083, 0.0])])
+    way, offset = thin_places(np.column_stack([both, np.zeros(len(both))]), 1)[0]
+    assert abs(way[0]) > 0.96 and abs(offset / way[0] - 0.0415) < 0.004
