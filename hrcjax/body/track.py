@@ -108,7 +108,9 @@ def _judge(
     """
     dtype = cloud.points.dtype
     share, close = _explained(params, cloud, near)
-    seen = jnp.sum((near.part[:, None] == jnp.arange(len(PARTS), dtype=jnp.int32)) & close[:, None], axis=0, dtype=dtype)
+    seen = jnp.sum(
+        (near.part[:, None] == jnp.arange(len(PARTS), dtype=jnp.int32)) & close[:, None], axis=0, dtype=dtype
+    )
     enough = jnp.sum(cloud.mask, dtype=dtype) >= params.least_points
     good = enough & (share >= params.explained) & jnp.all(jnp.isfinite(after.covariance))
     bad = jnp.where(good, 0.0, before.bad + 1.0).astype(dtype)
