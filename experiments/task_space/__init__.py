@@ -1,1 +1,1 @@
-"""Task-space mapping: what stands on a table, from depth images, measured against exact shapes; and scene files from recordings."""
+"""What stands on a table, from depth images: measured against exact shapes, and as scene files from recordings."""
