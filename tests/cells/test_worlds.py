@@ -54,10 +54,10 @@ def test_what_is_stored_of_a_world_is_the_world() -> None:
 
 
 def test_a_world_is_sensed_with_its_own_scene_people_camera_and_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(worlds, "make_world", lambda *arguments: arguments)
+    monkeypatch.setattr(worlds, "make_world", lambda *arguments, known: (*arguments, known))
     cell = replace(make_cell(), ticks=250, people=2)
-    got, scene, person, rig, key = worlds.build_world(cell, "clutter", "reach_in", 3)  # pyright: ignore[reportGeneralTypeIssues]
-    assert got is cell
+    got, scene, person, rig, key, known = worlds.build_world(cell, "clutter", "reach_in", 3)  # pyright: ignore[reportGeneralTypeIssues]
+    assert got is cell and known is None
     np.testing.assert_array_equal(scene.center, scene_named("clutter", 3).center)
     assert person.a.shape[0] == round(250 * 0.008 * PERSON_RATE) + 1, "as long as the episode"
     expected = make_people("reach_in", scene, 3, 2.0, 2)

@@ -91,7 +91,7 @@ def evaluate(params: ToyParams, world: ToyWorld) -> dict[str, jax.Array]:
     return out
 
 
-def build_problem(scenes, people, seeds, backend=None, cell="ur5", motion=None) -> Sweepable:
+def build_problem(scenes, people, seeds, backend=None, cell="ur5", motion=None, obstacles="known") -> Sweepable:
     for scene in scenes:
         if scene not in ("robotica", "hri"):
             raise ValueError(f"no scene {scene!r}; accepted: robotica, hri")
