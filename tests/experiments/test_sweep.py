@@ -340,7 +340,7 @@ def test_list_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[1].split()[:2] == ["potential.k_att", "0.03"] and "k_att" in lines[1].split()[3:]
     assert main(["--help"]) == 0
     shown = capsys.readouterr().out
-    assert shown.count("python -m experiments.sweep --") == 8
+    assert shown.count("python -m experiments.sweep --") == 9
     for option in ("--scene", "--person", "--seed", "--out", "--quick", "--grid", "--sobol"):
         assert option in shown
 
