@@ -92,7 +92,7 @@ def located(cameras: Camera, images: Array, pixels: Array, watch: Watch, pixel: 
     points, information = [], []
     for kind in sorted(set(zip(watch.below, watch.depth_error, strict=True))):
         rows = [k for k, own in enumerate(zip(watch.below, watch.depth_error, strict=True)) if own == kind]
-        params = LandmarkParams(pixel=pixel, below=kind[0], depth_error=kind[1])  # pyright: ignore[reportArgumentType]  # a traced number
+        params = eqx.tree_at(lambda p: p.pixel, LandmarkParams(below=kind[0], depth_error=kind[1]), pixel)
         found = locate_landmarks(cameras, images, pixels[:, jnp.asarray(rows)], jnp.ones(2, bool), params, noise)
         points.append((rows, found[0]))
         information.append((rows, found[1]))
@@ -173,7 +173,7 @@ def _trial(
         images = jax.vmap(lambda z, camera, key: measure(z, camera, key, noise))(exact, crop, jnp.stack(key_z))
         points, information = located(crop, images, found[:, :count], watch, pixel * noise.focal / COLOUR_FOCAL, noise)
         state, done = update_pointing(params, state, points, information, True, 1 / RATE)
-        root = LandmarkParams(pixel=spread)  # pyright: ignore[reportArgumentType]  # a traced number
+        root = eqx.tree_at(lambda p: p.pixel, LandmarkParams(), spread)
         at, _ = locate_landmarks(crop, images, found[:, count:], jnp.asarray([True, False]), root, noise)
         shape = line - wrist + deviation * mixed(world_same, jax.random.normal(key_w, world_same.shape, dtype))
         known_by = jnp.broadcast_to(jnp.eye(3, dtype=dtype) / deviation**2, (count, 3, 3))
