@@ -1,5 +1,6 @@
 """A map of surfaces as a distance field, built frame by frame from depth images."""
 
+from hrcjax.map.as_function import distance_function
 from hrcjax.map.batch import map_distances_and_gradients
 from hrcjax.map.bound import distance_and_deviation, distance_bound
 from hrcjax.map.cloud_view import FACES, cloud_camera, tiles_along, view_from_cloud
@@ -25,7 +26,7 @@ __all__ = [
     "DYNAMIC", "FACES", "LABELS", "NEW", "NONE", "STATIC", "FieldMap", "FrameParams", "FrameReport", "Level",
     "MapLayout", "MapParams", "MapPoints", "StreamParams", "StreamState", "Surface", "View", "admit", "admit_cloud",
     "admitted_view", "cloud_camera",
-    "describe_frame", "describe_surface", "distance_and_deviation", "distance_bound", "empty_map",
+    "describe_frame", "describe_surface", "distance_and_deviation", "distance_bound", "distance_function", "empty_map",
     "exact_distance_and_gradient", "exact_field", "fit_surface", "fuse", "initial_stream", "labelled_points", "local_field", "make_view",
     "map_distance", "map_distance_and_gradient", "map_distances_and_gradients", "map_points", "map_surface",
     "nearest_points", "sample_map", "settle", "surface_view", "take_cloud", "take_frame", "tiles_along", "view_from_cloud",

@@ -1,6 +1,16 @@
 """The cell: parameters, sensing of a world, one control tick, an episode as a scan of ticks, and its outcome."""
 
 from hrcjax.sim.cell import Cell, World
+from hrcjax.sim.chosen_place import (
+    PLACE_REASONS,
+    ChosenPlace,
+    PlaceParams,
+    ToolPlace,
+    chosen_place,
+    describe_place,
+    reached_place,
+    tool_place,
+)
 from hrcjax.sim.default_parts import (
     ARM_PLANNER,
     GP_FIELD,
@@ -32,4 +42,4 @@ from hrcjax.sim.sensing import Frames, sense_sequence
 from hrcjax.sim.survey import SCENE_LAYOUT, SenseParams, Survey
 from hrcjax.sim.tick import Record, Sensed, TickState, tick
 
-__all__ = ["ARM_PLANNER", "GP_FIELD", "SCENE_LAYOUT", "SEPARATION_MONITOR", "ArmMotion", "Cell", "Clearance", "Episode", "FieldPart", "Fields", "Frames", "Goal", "MotionParams", "Outcome", "Params", "Reading", "Record", "SafetyPart", "SenseParams", "Sensed", "Separation", "Survey", "Task", "TickState", "Traces", "World", "arm_planner", "episode", "fit_fields", "follow", "make_world", "outcome", "path_through", "potential_planner", "read_fields", "rmp_policy", "sense_sequence", "separation_monitor", "tick"]  # fmt: skip
+__all__ = ["ARM_PLANNER", "GP_FIELD", "PLACE_REASONS", "SCENE_LAYOUT", "SEPARATION_MONITOR", "ArmMotion", "Cell", "ChosenPlace", "Clearance", "Episode", "FieldPart", "Fields", "Frames", "Goal", "MotionParams", "Outcome", "Params", "PlaceParams", "Reading", "Record", "SafetyPart", "SenseParams", "Sensed", "Separation", "Survey", "Task", "TickState", "ToolPlace", "Traces", "World", "arm_planner", "chosen_place", "describe_place", "episode", "fit_fields", "follow", "make_world", "outcome", "path_through", "potential_planner", "reached_place", "read_fields", "rmp_policy", "sense_sequence", "separation_monitor", "tick", "tool_place"]  # fmt: skip

@@ -20,6 +20,7 @@ NAMES = [
     "hri",
     "interact",
     "map",
+    "pointing",
     "reproduce",
     "safety",
     "sensing",

@@ -10,9 +10,11 @@ from scipy.spatial import cKDTree
 
 from hrcjax.field import FAR, FieldParams, distance, fit
 from hrcjax.geom.cloud import Cloud
+from hrcjax.geom.sphere_trace import sphere_trace
 from hrcjax.map import (
     MapParams,
     View,
+    distance_function,
     empty_map,
     local_field,
     map_distance,
@@ -200,3 +202,33 @@ def test_far_away_and_nowhere(levels, read_one) -> None:
         for nowhere in (np.inf, -np.inf, np.nan):
             d, g = read(levels, far.at[1].set(nowhere))
             assert np.isnan(d) and np.isnan(g).all()
+
+
+def test_as_a_function_its_gradient_is_that_of_both(layout, levels, kept) -> None:
+    distance = distance_function(layout, levels, PARAMS.ratio)
+    x = jnp.asarray(np.concatenate([queries(kept, 0.0, 0.02, 20), queries(kept, 0.05, 0.3, 20)]))
+    d, g = jax.jit(jax.vmap(jax.value_and_grad(distance)))(x)
+    expected, towards = jax.jit(jax.vmap(lambda x: map_distance_and_gradient(layout, levels, PARAMS.ratio, x)))(x)
+    np.testing.assert_allclose(d, expected, atol=1e-6)
+    np.testing.assert_allclose(g, towards, atol=1e-6)
+    np.testing.assert_allclose(jax.jit(distance)(x[0]), map_distance(layout, levels, PARAMS.ratio, x[0]), atol=1e-6)
+
+
+def test_rays_meet_the_mapped_ball_and_square(layout, levels) -> None:
+    """By closed form; near the ball's outline a ray may pass by, and is left out."""
+    distance = distance_function(layout, levels, PARAMS.ratio)
+    random = np.random.default_rng(3)
+    origin = np.array([0.3, -0.8, 0.9]) + random.uniform(-0.2, 0.2, (40, 3))
+    centre, aim = np.array([0.05, -0.02, 0.24]), random.uniform([-0.35, -0.35, -0.111], [0.35, 0.35, 0.3], (40, 3))
+    u = (aim - origin) / np.linalg.norm(aim - origin, axis=1, keepdims=True)
+    b, c = np.sum((origin - centre) * u, axis=1), np.sum((origin - centre) ** 2, axis=1)
+    beside = np.sqrt(np.maximum(c - b * b, 0.0))
+    ball = np.where(beside < 0.15, -b - np.sqrt(np.maximum(0.15**2 - beside**2, 0.0)), np.inf)
+    t = np.minimum(ball, (-0.111 - origin[:, 2]) / u[:, 2])
+    on = np.abs((origin + t[:, None] * u)[:, :2]).max(axis=1) < 0.45
+    clear = (np.abs(beside - 0.15) > 0.03) & (on | (ball < np.inf))
+    trace = jax.jit(jax.vmap(lambda o, u: sphere_trace(distance, o, u, 3.0, 0.012)))
+    hit = trace(jnp.asarray(origin, jnp.float32), jnp.asarray(u, jnp.float32))
+    assert clear.sum() > 20 and bool(hit.found[clear].all())
+    assert np.median(np.abs(np.asarray(hit.t) - t)[clear]) < 0.004
+    assert np.abs(np.asarray(hit.t) - t)[clear].max() < 0.03

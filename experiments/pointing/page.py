@@ -1,0 +1,127 @@
+"""The page of the rows, as Markdown."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hrcjax.hand import PointingParams
+from hrcjax.sim import PlaceParams
+
+from .config import PointingConfig
+from .rows import BARS, Case, definition, holds
+from .trials import KINDS
+from .watch import RATE, WORLD_ERROR
+
+HEAD = """# Places chosen by pointing
+
+Written by `python -m experiments.pointing{options} --json FILE --page FILE`; do not edit. `--help` explains every option.
+
+{trials:.0f} trials in {scenes}, surveyed. People of capsules stand at the table and point, with a hand of 21 landmarks on a slim arm; two
+noisy depth cameras of {rate:g} Hz see the hand from about 2 m, and a detector names its landmarks, {pixel:g} px wrong in a colour image, hidden ones
+too; {shared:.0%} of that variance stays the same while the hand is held. Landmarks become points in space by the pixels and depths of both
+cameras (`hrcjax/sense/landmark_points.py`), a line that stays for {dwell:g} s counts as held, and sphere tracing finds where it meets a
+surface (`hrcjax/hand/pointing.py`). The table's top is in the map as any other surface: the survey does not crop it here.
+
+| kind | what it is | trials |
+|---|---|---|
+{kinds}
+
+That the hand makes the gesture is given, and so is that it holds still: it does not tremble. The arm of the robot is not in the images. What a
+person *means* by a pointing finger is not measured: the true place is where the true line through the landmarks meets the exact shapes.
+`world` is the line by the plain model in space of a detector, whose landmarks err by {world:.1%} of the palm's size (Zhang et al. 2020, *MediaPipe
+Hands: On-device real-time hand tracking*), placed at the wrist's depth in one camera.
+
+A place is refused (`hrcjax/sim/chosen_place.py`) if nothing is met, if it is known worse than {unsure:g} m along the worst direction, if the arm does
+not reach it with the tool down, {above:g} m above the surface along its normal, or if the tool has no room there.
+"""
+
+
+def options(config: PointingConfig) -> str:
+    """The options that decide the results, as far as they are not the usual ones."""
+    found = ""
+    for name in ("kinds", "scenes", "seeds", "trials", "pixel", "shared"):
+        value = getattr(config, name)
+        if value != getattr(PointingConfig(), name):
+            found += f" --{name} {' '.join(value) if isinstance(value, tuple) else f'{value:g}'}"
+    return found
+
+
+def kind_table(by_kind: Mapping[str, Case]) -> str:
+    """Every kind with its number of trials."""
+    return "\n".join(f"| `{kind}` | {KINDS[kind]} | {len(case['way'])} |" for kind, case in by_kind.items())
+
+
+def row_table(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    """All rows with bars."""
+    lines = ["| row | value | unit | bar | what it measures |", "|---|---|---|---|---|"]
+    for name, entry in rows.items():
+        kept = holds(name, entry["value"])
+        bar = "" if name not in BARS else f"{BARS[name][0]} {BARS[name][1]:g}" + ("" if kept else " (missed)")
+        lines.append(f"| {name} | {_number(entry['value'])} | {entry['unit']} | {bar} | {definition(name)} |")
+    return "\n".join(lines)
+
+
+def _number(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.3g}"
+
+
+def parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    """What the errors consist of."""
+    return "".join(part(rows) for part in (_finger_parts, _tip_parts))
+
+
+def _values(rows: Mapping[str, Mapping[str, Any]], *names: str) -> list[float] | None:
+    return [rows[name]["value"] for name in names] if all(name in rows for name in names) else None
+
+
+def _larger(landmarks: float, map_part: float) -> str:
+    return "the landmarks" if landmarks >= map_part else "the map"
+
+
+def _finger_parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    found = _values(rows, "ray_p50_1m", "ray_exact_p50_1m", "ray_true_p50_1m", "ray_across_p50_1m", "ray_world_p50_1m", "ray_angle_p50")  # fmt: skip
+    if found is None:
+        return ""
+    whole, landmarks, map_part, aside, world, angle = found
+    return f"""
+## What the errors consist of
+
+Of a finger, medians at 0.8 to 1.2 m: {whole:.1f} cm by line and map as they are found. The same line with the exact shapes errs by {landmarks:.1f} cm, the true
+line with the map by {map_part:.1f} cm: most of it comes from {_larger(landmarks, map_part)}. Landmarks act by the angle, {angle:.1f} degrees: the line found passes the
+true place at {aside:.1f} cm, and the slope of the surface stretches that. A finger is 9 cm long, so that errors of
+its landmarks turn it. The plain model in space errs by {world:.1f} cm, where it meets anything.
+"""
+
+
+def _tip_parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    found = _values(rows, "tip_p50", "tip_exact_p50", "tip_true_p50", "tip_landmark_p50")
+    if found is None:
+        return ""
+    whole, landmarks, map_part, tip = found
+    return f"""
+Of a tip: {whole:.1f} cm; with the exact shapes {landmarks:.1f} cm, of the true tip by the map {map_part:.1f} cm, so that most comes from {_larger(landmarks, map_part)}. The tip
+itself is {tip:.1f} cm off; what it is off along the surface's normal does not count. Places
+are on sides that a stationary camera sees: of a side that none sees the map knows little.
+"""
+
+
+def page(
+    rows: Mapping[str, Mapping[str, Any]], by_kind: Mapping[str, Case], config: PointingConfig, scenes: Sequence[str],
+    figures: Sequence[str] = (),
+) -> str:  # fmt: skip
+    """A Markdown page of the rows.
+
+    Args:
+        scenes: their names and seeds.
+        figures: their places from the page.
+    """
+    place = PlaceParams()
+    text = HEAD.format(
+        trials=rows["trials"]["value"], scenes=", ".join(scenes), options=options(config), rate=RATE, pixel=config.pixel, shared=config.shared, dwell=PointingParams().dwell,
+        kinds=kind_table(by_kind), world=WORLD_ERROR, unsure=place.unsure, above=place.above,
+    )  # fmt: skip
+    text += f"\n## Rows\n\n{row_table(rows)}\n{parts(rows)}"
+    if figures:
+        text += "\n## Figures\n\nTrue places and those found, joined, with ellipses of two standard deviations; errors by the way to the place.\n"
+        text += "\n" + "\n\n".join(f"![{name}]({name})" for name in figures) + "\n"
+    return text

@@ -1,0 +1,190 @@
+"""Trials seen by two depth cameras and by a detector of landmarks, image by image, until the line has been held."""
+
+from functools import partial
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.hand import Line, PointingParams, held_line, initial_pointing, update_pointing
+from hrcjax.sense import NoiseParams
+from hrcjax.sense.camera import Camera, render_capsules, render_scene
+from hrcjax.sense.landmark_points import LandmarkParams, locate_landmarks
+from hrcjax.sense.noise import measure
+from hrcjax.typing import Array, Float, PRNGKeyArray, Vector3
+from hrcjax.world import Scene
+
+from .hand import PALM_SIZE
+from .people import ARM_RADII
+
+RATE = 15.0
+"""Images of each camera in a second; the second one's are taken half a period later [Hz]."""
+COLOUR_FOCAL = 615.0
+"""Focal length of the colour images in which landmarks are found [px]."""
+WORLD_ERROR = 0.134
+"""Error of a landmark of the detector's own model in space, over the palm's size (Zhang et al. 2020) [1]."""
+STAYS_ANYHOW = 10.0
+
+
+class Watch(NamedTuple):
+    """How one kind of trial is watched; all static."""
+
+    images: int
+    """Of each camera."""
+    size: tuple[int, int]
+    """Columns and rows about the landmarks that are rendered; what lies outside plays no part [px]."""
+    moving: bool
+    below: tuple[float, ...]
+    """How far each landmark of the line is below the skin [m]."""
+    depth_error: tuple[float, ...]
+    """How badly that is known [m]."""
+
+
+FINGER_WATCH = Watch(12, (128, 112), False, (0.007,) * 4, (0.004,) * 4)
+WATCHES = {
+    "tip": FINGER_WATCH,
+    "finger": FINGER_WATCH,
+    "fresh": FINGER_WATCH,
+    "away": FINGER_WATCH,
+    "arm": Watch(12, (224, 208), False, (ARM_RADII["upper arm"], ARM_RADII["forearm"]), (0.02, 0.01)),
+    "through": FINGER_WATCH._replace(images=24, size=(96, 80), moving=True),
+}
+"""Kind of trial -> how it is watched."""
+
+
+class Watched(NamedTuple):
+    """What the images of a trial say when the line has first been held; else of the last one."""
+
+    line: Line
+    world: Line
+    """The same by the detector's model in space."""
+    chosen: Array
+    """Whether the line has been held."""
+    time: Array
+    """When [s]."""
+
+
+def projected(cameras: Camera, x: Float[Array, "camera landmark 3"]) -> Float[Array, "camera landmark 2"]:
+    """Columns and rows of landmarks, where each camera has them."""
+
+    def one(camera: Camera, x: Array) -> Array:
+        own = (x - camera.position) @ camera.rotation
+        focal = jnp.stack([camera.fx, camera.fy])
+        return own[:, :2] / jnp.maximum(own[:, 2:], 0.05) * focal + jnp.stack([camera.cx, camera.cy])
+
+    return jax.vmap(one)(cameras, x)
+
+
+def cropped(cameras: Camera, corner: Float[Array, "camera 2"], size: tuple[int, int]) -> Camera:
+    """The cameras' images from a corner on."""
+
+    def one(camera: Camera, corner: Array) -> Camera:
+        cx, cy = camera.cx - corner[0], camera.cy - corner[1]
+        return Camera(camera.rotation, camera.position, camera.fx, camera.fy, cx, cy, *size)
+
+    return jax.vmap(one)(cameras, corner)
+
+
+def located(cameras: Camera, images: Array, pixels: Array, watch: Watch, pixel: Array, noise: NoiseParams) -> tuple[Array, Array]:  # fmt: skip
+    """Landmarks in space, each as far below the skin as it is [m], and their information [1/m^2]."""
+    points, information = [], []
+    for kind in sorted(set(zip(watch.below, watch.depth_error, strict=True))):
+        rows = [k for k, own in enumerate(zip(watch.below, watch.depth_error, strict=True)) if own == kind]
+        params = eqx.tree_at(lambda p: p.pixel, LandmarkParams(below=kind[0], depth_error=kind[1]), pixel)
+        found = locate_landmarks(cameras, images, pixels[:, jnp.asarray(rows)], jnp.ones(2, bool), params, noise)
+        points.append((rows, found[0]))
+        information.append((rows, found[1]))
+    order = [row for rows, _ in points for row in rows]
+    back = jnp.asarray([order.index(k) for k in range(len(order))])
+    joined = [jnp.concatenate([a for _, a in found])[back] for found in (points, information)]
+    return joined[0], joined[1]
+
+
+@partial(jax.jit, static_argnums=0)
+def watch_trials(
+    watch: Watch,
+    cameras: Camera,
+    scene: Scene,
+    body: Capsules,
+    line: Float[Array, "trial landmark 3"],
+    wrist: Float[Array, "trial 3"],
+    velocity: Float[Array, "trial 3"],
+    size: Float[Array, "trial"],
+    keys: PRNGKeyArray,
+    pixel: Array,
+    shared: Array,
+    params: PointingParams,
+) -> Watched:
+    """All trials of a kind, one after the other.
+
+    Args:
+        cameras: at full resolution, stacked.
+        pixel: standard deviation of a landmark in the colour image, along each axis [px].
+        shared: share of that variance that is the same in all images of a trial [1].
+    """
+    one = partial(_trial, watch, cameras, scene, pixel, shared, params)
+    return jax.lax.map(lambda item: one(*item), (body, line, wrist, velocity, size, keys))
+
+
+def _trial(
+    watch: Watch, cameras: Camera, scene: Scene, pixel: Array, shared: Array, params: PointingParams,
+    body: Capsules, line: Array, wrist: Vector3, velocity: Vector3, size: Array, key: PRNGKeyArray,
+) -> Watched:  # fmt: skip
+    dtype, count = line.dtype, len(watch.below)
+    noise, marks = NoiseParams(), jnp.concatenate([line, wrist[None]])
+    pixels_key, world_key, own_key = jax.random.split(key, 3)
+    same = jax.random.normal(pixels_key, (2, count + 1, 2), dtype)
+    world_same = jax.random.normal(world_key, (count, 3), dtype)
+    deviation = WORLD_ERROR * PALM_SIZE * size / 3**0.5
+    plain = eqx.tree_at(lambda p: p.still, params, STAYS_ANYHOW)
+    middle = (watch.images - 1) / 2
+
+    def mixed(same: Array, own: Array) -> Array:
+        return jnp.sqrt(shared) * same + jnp.sqrt(1 - shared) * own
+
+    def look(k: Array) -> tuple[Array, Array, Camera, Array]:
+        """Columns and rows of all landmarks in the whole images, the cropped cameras, their corners and exact images."""
+        moved = velocity * ((k - middle + 0.5 * jnp.arange(2, dtype=dtype)) / RATE)[:, None]
+        whole = projected(cameras, marks + moved[:, None])
+        half = jnp.asarray(watch.size, dtype) / 2
+        corner = jnp.round(jnp.mean(whole[:, :count], axis=1) - half)
+        crop = cropped(cameras, corner, watch.size)
+
+        def render(camera: Camera, shift: Array) -> Array:
+            there = Capsules(body.a + shift, body.b + shift, body.radius)
+            return render_capsules(camera, there, render_scene(camera, scene))
+
+        return whole, corner, crop, jax.vmap(render)(crop, moved)
+
+    still = None if watch.moving else look(jnp.zeros((), dtype))
+
+    def step(known: tuple, item: tuple) -> tuple[tuple, None]:
+        state, world, held, held_world, chosen, time = known
+        k, key = item
+        whole, corner, crop, exact = look(k) if still is None else still
+        key_u, key_w, *key_z = jax.random.split(key, 4)
+        spread = pixel * noise.focal / COLOUR_FOCAL
+        found = whole + spread * mixed(same, jax.random.normal(key_u, same.shape, dtype))
+        limit = jnp.asarray([cameras.width - 1, cameras.height - 1], dtype)
+        inside = jnp.all((found >= 0) & (found <= limit), axis=-1, keepdims=True)
+        found = jnp.where(inside, found - corner[:, None], jnp.nan)
+        images = jax.vmap(lambda z, camera, key: measure(z, camera, key, noise))(exact, crop, jnp.stack(key_z))
+        points, information = located(crop, images, found[:, :count], watch, pixel * noise.focal / COLOUR_FOCAL, noise)
+        state, done = update_pointing(params, state, points, information, True, 1 / RATE)
+        root = eqx.tree_at(lambda p: p.pixel, LandmarkParams(), spread)
+        at, _ = locate_landmarks(crop, images, found[:, count:], jnp.asarray([True, False]), root, noise)
+        shape = line - wrist + deviation * mixed(world_same, jax.random.normal(key_w, world_same.shape, dtype))
+        known_by = jnp.broadcast_to(jnp.eye(3, dtype=dtype) / deviation**2, (count, 3, 3))
+        world, _ = update_pointing(plain, world, at + shape, known_by, True, 1 / RATE)
+        keep = lambda old, new: jnp.where(chosen, old, new)  # noqa: E731
+        held, held_world = (jax.tree.map(keep, *pair) for pair in ((held, state), (held_world, world)))
+        time = keep(time, (k + 1) / RATE)
+        return (state, world, held, held_world, chosen | done, time), None
+
+    empty = initial_pointing(count, dtype)
+    begin = (empty, empty, empty, empty, jnp.zeros((), bool), jnp.zeros((), dtype))
+    keys = jax.random.split(own_key, watch.images)
+    (_, _, held, held_world, chosen, time), _ = jax.lax.scan(step, begin, (jnp.arange(watch.images, dtype=dtype), keys))
+    return Watched(held_line(params, held), held_line(params, held_world), chosen, time)

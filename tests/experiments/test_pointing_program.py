@@ -1,0 +1,266 @@
+"""The program of pointing: hands, people and trials by the exact shapes, what the cameras make of them, rows, and errors in one line."""
+
+import json
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from experiments.pointing.__main__ import main
+from experiments.pointing.bench import CHUNK, in_chunks
+from experiments.pointing.config import PointingConfig
+from experiments.pointing.figures import draw
+from experiments.pointing.hand import INDEX, PALM_SIZE, SHAPE, TIP, frame_of, hand_at
+from experiments.pointing.page import page
+from experiments.pointing.people import NEAREST, REACH, Stand, elbows, shoulders
+from experiments.pointing.rows import BARS, Case, all_rows, definition, holds
+from experiments.pointing.trials import KINDS, SEEN, WAYS, draw_trials, in_sight, unit
+from experiments.pointing.watch import FINGER_WATCH, WATCHES, cropped, projected, watch_trials
+from hrcjax.hand import LANDMARKS, PALM, PointingParams
+from hrcjax.sense import d435i
+from hrcjax.sense.camera import render_scene
+from hrcjax.sense.rig import cell_rig, stack_cameras
+from hrcjax.world import scene_named
+from hrcjax.world.skeleton import FOREARM, UPPER_ARM, Pose, body_of
+
+SIX = 6
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return scene_named("robotica", 0)
+
+
+@pytest.fixture(scope="module")
+def cameras(scene):
+    return cell_rig(scene, hand=False, decimation=1).cameras
+
+
+@pytest.fixture(scope="module")
+def points(scene) -> np.ndarray:
+    """Points of table and columns, for a map's."""
+    x, y = np.meshgrid(np.arange(-1.1, 1.1, 0.025), np.arange(-0.5, 0.78, 0.025))
+    found = [np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)]
+    turn, height = np.meshgrid(np.linspace(0, 2 * np.pi, 12), np.linspace(0, 1, 10))
+    for k in np.flatnonzero(np.asarray(scene.mask)):
+        c, size = np.asarray(scene.center[k]), np.asarray(scene.size[k])
+        ring = np.stack([size[0] * np.cos(turn), size[0] * np.sin(turn), size[2] * (2 * height - 1)], axis=-1)
+        found.append(c + ring.reshape(-1, 3))
+    return np.concatenate(found)
+
+
+def test_a_hand_has_its_tip_where_it_is_told_and_a_straight_finger() -> None:
+    random = np.random.default_rng(0)
+    u, tip = unit(random.normal(size=(5, 3))), random.normal(size=(5, 3))
+    size, side = random.uniform(0.9, 1.1, 5), np.array([1.0, -1.0, 1.0, -1.0, 1.0])
+    R = frame_of(u, random.normal(size=5))
+    np.testing.assert_allclose(R @ R.swapaxes(1, 2), np.broadcast_to(np.eye(3), (5, 3, 3)), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(R), 1.0)
+    hand = hand_at(tip, R, size, side)
+    assert hand.landmarks.shape == (5, LANDMARKS, 3)
+    np.testing.assert_allclose(hand.landmarks[:, TIP], tip, atol=1e-12)
+    along = unit(np.diff(hand.landmarks[:, INDEX], axis=1))
+    np.testing.assert_allclose(along, np.broadcast_to(u[:, None], along.shape), atol=1e-9)
+    lengths = np.linalg.norm(hand.b - hand.a, axis=2)
+    np.testing.assert_allclose(lengths / size[:, None], np.broadcast_to(lengths[0] / size[0], lengths.shape))
+    right, left = (hand_at(tip, R, np.ones(5), s * np.ones(5)).landmarks for s in (1.0, -1.0))
+    np.testing.assert_allclose(right[:, PALM, :] @ R[..., 2:], left[:, PALM, :] @ R[..., 2:], atol=1e-12)
+    assert 0.08 < PALM_SIZE < 0.11 and SHAPE.shape == (LANDMARKS, 3)
+
+
+def test_shoulders_are_those_of_the_body_and_arms_keep_their_lengths() -> None:
+    stand = Stand(np.array([[0.3, 1.0], [-0.2, 1.3]]), np.array([0.4, 0.1]), np.array([1.0, -1.0]))
+    rest = jnp.asarray([0.15, 0.06, -0.57], jnp.float32)
+    for k, own in enumerate(shoulders(stand)):
+        pose = Pose(
+            jnp.asarray(stand.hip[k], jnp.float32),
+            jnp.asarray([0.0, -1.0], jnp.float32),
+            float(stand.lean[k]),
+            (rest, rest),
+            0.0,
+        )
+        np.testing.assert_allclose(body_of(pose).shoulder[int(stand.side[k] > 0)], own, atol=1e-6)
+    shoulder = shoulders(stand)
+    wrist = shoulder + np.array([[0.0, -NEAREST, 0.0], [0.1, -REACH + 0.05, -0.1]])
+    elbow = elbows(shoulder, wrist, stand.side)
+    np.testing.assert_allclose(np.linalg.norm(elbow - shoulder, axis=1), UPPER_ARM, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(elbow - wrist, axis=1), FOREARM, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_trials_are_what_they_say(kind: str, scene, cameras, points) -> None:
+    """By closed forms of the table and the columns."""
+    trials = draw_trials(kind, scene, cameras, points, SIX, 0)
+    again = draw_trials(kind, scene, cameras, points, SIX, 0)
+    np.testing.assert_array_equal(trials.line, again.line)
+    tip, u = trials.line[:, -1], trials.direction
+    np.testing.assert_allclose(np.linalg.norm(u, axis=1), 1.0)
+    along = unit(trials.line[:, -1] - trials.line[:, 0])
+    np.testing.assert_allclose(along, u, atol=1e-6)
+    if kind == "away":
+        assert np.isnan(trials.place).all() and (u[:, 2] > 0).all()
+        return
+    center, size = np.asarray(scene.center, float), np.asarray(scene.size, float)
+    for x in trials.place:
+        off = [np.hypot(*(x - c)[:2]) - s[0] for c, s in zip(center[:4], size[:4], strict=True)]
+        top = [abs(x[2] - 2 * c[2]) if o < 1e-3 else 1.0 for c, o in zip(center[:4], off, strict=True)]
+        assert min(abs(x[2]), *np.abs(off), *top) < 1e-3, "on a surface"
+        assert np.linalg.norm(points - x, axis=1).min() < SEEN
+    if kind == "tip":
+        assert np.linalg.norm(trials.place - tip, axis=1).max() < 0.013
+        return
+    np.testing.assert_allclose(trials.place, tip + trials.way[:, None] * u, atol=1e-3)
+    assert (trials.way >= WAYS[0]).all() and (trials.way <= WAYS[-1]).all()
+    assert np.histogram(trials.way, WAYS)[0].tolist() == [2, 2, 2] or kind == "through"
+    assert (np.linalg.norm(trials.velocity, axis=1) > 0).all() == (kind == "through")
+
+
+def test_a_camera_sees_the_side_that_faces_it(scene, cameras) -> None:
+    """Of the first column, whose cameras stand at smaller y."""
+    x, y, half = (float(v) for v in (scene.center[0, 0], scene.center[0, 1], scene.center[0, 2]))
+    place = np.array([(x, y - 0.03, half), (x, y + 0.03, half), (x, y, 2 * half), (x, y, 0.0)])
+    normal = np.array([(0.0, -1, 0), (0, 1, 0), (0, 0, 1), (0, 0, 1)])
+    assert in_sight(scene, cameras, place, normal).tolist() == [True, False, True, False]
+
+
+def test_a_cropped_camera_sees_the_same(scene) -> None:
+    camera = d435i(jnp.asarray([1.2, -0.2, 1.5], jnp.float32), jnp.asarray([0.3, 0.4, 0.2], jnp.float32), 4)
+    whole = render_scene(camera, scene)
+    both = stack_cameras([camera, camera])
+    crop = cropped(both, jnp.asarray([[30.0, 20.0], [60.0, 50.0]], jnp.float32), (24, 16))
+    one = jax.tree.map(lambda a: a[1], crop)
+    np.testing.assert_allclose(render_scene(one, scene), whole[50:66, 60:84], rtol=1e-5)
+    x = jnp.asarray([[0.3, 0.4, 0.2], [0.1, 0.5, 0.0]], jnp.float32)
+    moved = projected(both, jnp.stack([x, x])) - projected(crop, jnp.stack([x, x]))
+    np.testing.assert_allclose(moved, np.broadcast_to([[[30, 20]], [[60, 50]]], (2, 2, 2)), atol=1e-3)
+    np.testing.assert_allclose(projected(both, jnp.stack([x, x]))[0, 0], [79.75, 59.25], atol=0.3)
+
+
+@pytest.mark.parametrize("count", [1, CHUNK, 2 * CHUNK + 5])
+def test_chunks_are_of_one_size_and_give_every_row_once(count: int) -> None:
+    sizes = []
+
+    def some(rows):
+        sizes.append(len(rows))
+        return {"square": jnp.asarray(rows**2), "same": rows}
+
+    found = in_chunks(some, count)
+    np.testing.assert_array_equal(found["square"], np.arange(count) ** 2)
+    np.testing.assert_array_equal(found["same"], np.arange(count))
+    assert set(sizes) == {CHUNK}
+
+
+def made_cases(offset: float, told: float, count: int = 60) -> dict[str, Case]:
+    """Trials that all err by an offset to one side, of which a deviation is told."""
+    random = np.random.default_rng(0)
+    cases: dict[str, Case] = {}
+    for kind in KINDS:
+        place = random.uniform([-0.5, 0.0, 0.0], [0.5, 0.7, 0.0], (count, 3))
+        way = np.linspace(0.3, 1.2, count)
+        u = np.broadcast_to([0.0, 0.0, -1.0], place.shape)
+        aside = np.array([offset, 0.0, 0.0])
+        found = place + aside
+        covariance = np.broadcast_to(np.diag([told**2, 1e-8, 0.0]), (count, 3, 3))
+        tip = place - way[:, None] * u
+        quick = np.arange(count) % 2 == 0
+        cases[kind] = {
+            "place": place, "way": way, "direction": u, "line": np.repeat(tip[:, None], 2 if kind == "arm" else 4, axis=1), "hand": np.repeat(tip[:, None], LANDMARKS, 1),
+            "velocity": np.where(quick, 0.3, 0.15)[:, None] * [1.0, 0.0, 0.0], "chosen": ~quick if kind == "through" else quick | True,
+            "time": np.full(count, 0.6), "tip_found": tip + aside, "direction_found": u,
+            "line_covariance": np.zeros((count, 6, 6)), "solid": np.zeros(count, int), "solid_found": (np.arange(count) % 4 == 0).astype(int),
+            "verdict": np.where(quick, 0, 2), "verdict_true": np.zeros(count, int), "touched": quick,
+        }  # fmt: skip
+        for of in ("map", "exact", "true", "world"):
+            cases[kind] |= {
+                f"{of}_place": found,
+                f"{of}_found": np.full(count, kind != "away"),
+                f"{of}_covariance": covariance,
+            }
+        cases[kind] |= {
+            "scene_table_lower": np.array([-1.1, -0.5]), "scene_table_upper": np.array([1.1, 0.78]),
+            "scene_mask": np.array([True, True]), "scene_center": np.array([[0.3, 0.4, 0.1], [0.0, 0.5, 0.1]]),
+            "scene_size": np.full((2, 3), 0.05), "scene_yaw": np.array([0.0, 0.4]), "scene_kind": np.array([1, 2]),
+        }  # fmt: skip
+    return cases
+
+
+def test_rows_of_known_errors() -> None:
+    rows = {name: entry["value"] for name, entry in all_rows(made_cases(0.012, 0.011)).items()}
+    for name in ("tip_p50", "tip_landmark_p50", "ray_p50_1m", "ray_across_p50_1m", "ray_world_p50_1m", "arm_p95_1m"):
+        assert rows[name] == pytest.approx(1.2), name
+    assert rows["ray_angle_p50"] == 0 and rows["told_p50_1m"] == pytest.approx(1.1)
+    assert rows["coverage"] == 1 and rows["found_share"] == 1 and rows["away_found"] == 0
+    assert rows["through_choice"] == 0 and rows["through_choice_slow"] == 1
+    assert rows["ray_other_share"] == pytest.approx(0.25)
+    assert rows["refused_share"] == rows["refused_unsure"] == pytest.approx(0.5) and rows["refused_no_room"] == 0
+    assert rows["verdict_right"] == 1 and rows["refused_true"] == 0
+    assert all(holds(name, rows[name]) for name in BARS)
+    bad = {name: entry["value"] for name, entry in all_rows(made_cases(0.07, 0.011)).items()}
+    assert bad["coverage"] == 0
+    assert [name for name in BARS if not holds(name, bad[name])] == ["tip_p50", "ray_p50_1m", "coverage"]
+    assert all(definition(name) for name in rows)
+
+
+def test_page_and_figures(tmp_path) -> None:
+    cases = made_cases(0.02, 0.011)
+    names = draw(tmp_path, cases, cases)
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in names) and len(names) == 2
+    text = page(
+        all_rows(cases),
+        cases,
+        PointingConfig(seeds=3),
+        ["robotica 0", "clutter 0"],
+        [f"figures/pointing-{name}" for name in names],
+    )
+    assert "| tip_p50 | 2 | cm | < 1.5 (missed) |" in text and "![figures/pointing-above.png]" in text
+    assert all(f"| `{kind}` |" in text for kind in KINDS)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--kinds", "toe"], "--kinds toe: accepted are tip, finger, fresh, arm, away, through"),
+        (["--scenes", "moon"], "--scenes moon: accepted are robotica"),
+        (["--pixel", "-1"], "--pixel -1: accepted are 0 to 50"),
+        (["--shared", "2"], "--shared 2: accepted are 0 to 1"),
+        (["--trials", "0"], "--trials 0: accepted is 1 or more"),
+        (["--page", "no/folder/page.md"], "no folder no/folder for --page"),
+    ],
+)
+def test_errors_are_one_line(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith("error: ") and printed.err.count("\n") == 1 and message in printed.err
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert "python -m experiments.pointing --quick" in text and "--shared" in text
+
+
+@pytest.mark.slow
+def test_what_is_seen_without_noise_is_the_true_line(scene, cameras, points) -> None:
+    """Landmarks without errors: what remains is the depth's."""
+    trials = draw_trials("finger", scene, cameras, points, 2, 0)
+    numbers = [jnp.asarray(a, jnp.float32) for a in (trials.line, trials.wrist, trials.velocity, trials.size)]
+    keys = jax.random.split(jax.random.key(0), 2)
+    small = jnp.float32(0.05)
+    found = watch_trials(
+        FINGER_WATCH, cameras, scene, trials.capsules, *numbers, keys, small, jnp.float32(0.0), PointingParams(shared=0.0)
+    )  # fmt: skip
+    assert bool(found.chosen.all())
+    np.testing.assert_allclose(found.line.tip, trials.line[:, -1], atol=2e-3)
+    assert (np.sum(np.asarray(found.line.direction) * trials.direction, axis=1) > np.cos(0.02)).all()
+    np.testing.assert_allclose(found.time, 9 / 15, atol=1e-5)
+    assert set(WATCHES) == set(KINDS)
+
+
+def test_rows_file_has_the_section(tmp_path) -> None:
+    """What the program writes can be read again."""
+    from hrcjax.lab.rows import write_rows
+
+    write_rows(tmp_path, tmp_path / "all.json", {"pointing": all_rows(made_cases(0.02, 0.011))})
+    rows = json.loads((tmp_path / "all.json").read_text())["pointing"]
+    assert rows["ray_p50_1m"] == {"value": pytest.approx(2.0), "unit": "cm"}
