@@ -13,12 +13,13 @@ DESCRIPTION = """The HRI paper's experiment: a tool goes to and fro between two 
 All systems get images of the same cameras, people and noise, with the arm where it is, move the same simulated arm, and are measured by the
 exact truth:
 
-  ours           our policies on our field along a route to and fro, with speed and separation (mode both)
-  nearest        the same on the distance to the nearest point
-  path           our path, whose clock alone reacts (mode path)
-  ours_free      ours without speed and separation, as the baseline has none
-  baseline       OctoMap, BFMT*, toppra and a monitor that stops and plans anew, as in the paper (pip install 'hrcjax[baselines]')
-  baseline_slow  the same with slower accelerations, so that its cycle takes as long as that of ours
+  ours              our policies on our field along a route to and fro, with speed and separation (mode both)
+  nearest           the same on the distance to the nearest point
+  path              our path, whose clock alone reacts (mode path)
+  ours_free         ours without speed and separation, as the baseline has none
+  baseline          OctoMap, BFMT*, toppra and a monitor that stops and plans anew, as in the paper (pip install 'hrcjax[baselines]')
+  baseline_guarded  the same with our safety layer over it: speed and separation slow its motions
+  baseline_slow     the baseline with slower accelerations, so that its cycle takes about as long as that of ours
 
 A run is one system beside one person with one seed; runs with the same person and seed are pairs. Every run is stored as it comes: an
 interrupted program is resumed by the same command.
@@ -37,7 +38,7 @@ Examples:
   Another pace of ours, and of the baseline:
     python -m experiments.hri --quick --speed 0.4 --baseline.acceleration-scale 0.05"""
 
-SYSTEMS = ("ours", "nearest", "path", "ours_free", "baseline", "baseline_slow")
+SYSTEMS = ("ours", "nearest", "path", "ours_free", "baseline", "baseline_guarded", "baseline_slow")
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class HriConfig:
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
     systems: tuple[str, ...] = SYSTEMS
-    """Systems: ours, nearest, path, ours_free, baseline, baseline_slow."""
+    """Systems: ours, nearest, path, ours_free, baseline, baseline_guarded, baseline_slow."""
     people: tuple[str, ...] = ("reach_in", "reach_and_stay", "stand_and_work")
     """People: names of motions (reach_in, reach_and_stay, pass_by, stand_and_work, nobody) or BVH files."""
     recordings: Path | None = None
@@ -65,7 +66,7 @@ class HriConfig:
     baseline: BaselineSettings = field(default_factory=BaselineSettings)
     """Numbers of the baseline."""
     quick: bool = False
-    """Two people with one seed each, without nearest, path and baseline_slow."""
+    """Two people with one seed each, of ours, ours_free, baseline and baseline_guarded."""
     finished: bool = False
     """Compute nothing: rows, page and figures of the pairs that an interrupted run has finished."""
     out: Path | None = None
@@ -82,7 +83,7 @@ class HriConfig:
 
 def reduced(config: HriConfig) -> HriConfig:
     """The options of a quick run."""
-    fast = tuple(name for name in config.systems if name in ("ours", "ours_free", "baseline"))
+    fast = tuple(name for name in config.systems if name in ("ours", "ours_free", "baseline", "baseline_guarded"))
     return replace(
         config,
         systems=fast or config.systems[:1],

@@ -21,7 +21,7 @@ from .trace import Trace
 
 COLOURS = {
     "ours": "#1f5fa8", "nearest": "#7a4fa3", "path": "#8a8f98", "ours_free": "#2a9d5c", "baseline": "#d0702e",
-    "baseline_slow": "#e0b080",
+    "baseline_guarded": "#8c3b1f", "baseline_slow": "#e0b080",
 }  # fmt: skip
 """Colour of every system."""
 SHOWN = ("msj", "curvature", "msj_si", "curvature_si", "cycle_time", "min_separation")

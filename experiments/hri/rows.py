@@ -73,7 +73,8 @@ COUNTED = {
     "least_separation": "least of all runs of min_separation",
 }
 PAIRED = {
-    "_free": ("ours_free", "baseline", "baseline and ours without speed and separation"),
+    "_guarded": ("ours", "baseline_guarded", "both with our safety layer: the baseline under it and ours"),
+    "_free": ("ours_free", "baseline", "neither with a safety layer: baseline and ours without speed and separation"),
     "_equal": ("ours", "baseline_slow", "at equal cycle time: the slowed baseline and ours"),
     "_nearest": ("nearest", "baseline", "baseline and our policies on the nearest point"),
     "_path": ("path", "baseline", "baseline and our path"),

@@ -90,10 +90,10 @@ def wanted(config: HriConfig, bench: Bench) -> dict[str, tuple[str, Make]]:
     runs: dict[str, tuple[str, Make]] = {}
     for name, seed in cases_of(config):
         for system in config.systems:
-            numbers: Any = {
-                "baseline": bench.settings, "baseline_slow": bench.slow,
-            }.get(system)  # fmt: skip
-            about = asdict(numbers) if numbers is not None else leaf_names(bench.params)
+            settings = bench.slow if system == "baseline_slow" else bench.settings
+            about: Any = leaf_names(bench.params)
+            if system in BASELINES:
+                about = [asdict(settings), about] if system == "baseline_guarded" else asdict(settings)
             mark = fingerprint({"seconds": config.seconds, "numbers": about})[:10]
             runs[key(system, name, seed)] = (
                 f"{system}/{person_key(name)}-{seed}-{mark}", partial(_stored, bench, system, name, seed),

@@ -22,6 +22,7 @@ from hrcjax.sim.survey import SenseParams
 from hrcjax.world import Person, Scene, scene_named
 
 from .baseline.episode import baseline_episode
+from .baseline.guard import Guard
 from .baseline.settings import BaselineSettings
 from .cycle import cycled
 from .nearest import NEAREST_FIELD
@@ -38,7 +39,8 @@ OURS: dict[str, str] = {
 }
 BASELINES: dict[str, str] = {
     "baseline": "OctoMap, BFMT*, toppra, a monitor that stops and plans anew",
-    "baseline_slow": "the same with the acceleration at which its cycle takes as long as that of ours",
+    "baseline_guarded": "the same with our safety layer over it: speed and separation slow its motions",
+    "baseline_slow": "the baseline with the acceleration at which its cycle takes as long as that of ours",
 }
 EXPLAINED = OURS | BASELINES
 """System -> what it is."""
@@ -112,8 +114,14 @@ class Bench:
         if system in BASELINES:
             settings = self.slow if system == "baseline_slow" else self.settings
             rig = cell_rig(self.scene, decimation=self.decimation)
-            return baseline_episode(self.cell, self.scene, person, settings, seed, rig, self.waypoints)
+            guard = self._guard(person, seed) if system == "baseline_guarded" else None
+            return baseline_episode(self.cell, self.scene, person, settings, seed, rig, self.waypoints, guard)
         return self._ours(system, person, seed)
+
+    def _guard(self, person: Person, seed: int) -> Guard:
+        known, cell = self.set_up(person, seed), replace(self.cell, motion="path")
+        single = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), self.params)
+        return Guard(cell, single, known, jax.random.key(seed), self.settings.tool_speed)
 
     def _program(self, system: str) -> Callable[..., Any]:
         if system not in self._programs:

@@ -70,7 +70,8 @@ class Baseline:
     """Cycles between waypoints.
 
     `step` is called once in a control period. It stands, moves along a motion, or brakes along it; where it stands without a
-    motion it plans, again and again until there is one. The next leg is planned while the arm still moves.
+    motion it plans, again and again until there is one. The next leg is planned while the arm still moves. Its pace is at most `most`,
+    1 unless somebody else lowers it; where that allows more, it follows.
     """  # fmt: skip
 
     def __init__(self, arm: Arm, waypoints: NDArray, settings: BaselineSettings, dt: float, seed: int = 0) -> None:
@@ -95,6 +96,7 @@ class Baseline:
         self._search: Search | None = None
         self._place, self._rate, self._braking, self._leaves = 0.0, 0.0, False, False
         self._searches = 0
+        self.most = 1.0
 
     def see(self, frames: Sequence[Frame]) -> None:
         """Takes images in, without moving: for the set-up too."""
@@ -125,12 +127,19 @@ class Baseline:
             return Command(self._q, np.zeros_like(self._q), np.zeros_like(self._q))
         return self._move(t, self._motion)
 
+    def along(self) -> tuple[NDArray, float]:
+        """Speeds of the motion that is played, at pace 1; 0 where there is none [rad/s]. And its pace [1]."""
+        if self._motion is None:
+            return np.zeros_like(self._q), self._rate
+        return self._motion.at(self._place)[1], self._rate
+
     def _move(self, t: float, motion: Motion) -> Command:
         q, qd, qdd = motion.at(self._place)
         limits = self.settings.brake_scale * self.arm.qdd_max
         slower = brake(qd, qdd, self._rate, limits, self.dt) if self._braking else 0.0
-        command = Command(q, qd * self._rate, qdd * self._rate**2 + qd * slower)
-        after = max(self._rate + slower * self.dt, 0.0)
+        goes_on = self._rate if self._braking else 1.0
+        after = float(np.clip(goes_on + slower * self.dt, 0.0, self.most))
+        command = Command(q, qd * self._rate, qdd * self._rate**2 + qd * (after - self._rate) / self.dt)
         self._place += (self._rate + after) / 2 * self.dt
         self._rate = after
         if self._braking and self._rate == 0.0:
@@ -185,7 +194,7 @@ class Baseline:
             self.events.append(Event(t, "outdated", 0.0))
             return
         self._leaves = bool(clearance[0] <= self.settings.watch_gap)
-        self._motion, self._ahead, self._place, self._rate = search.motion, ahead, 0.0, 1.0
+        self._motion, self._ahead, self._place, self._rate = search.motion, ahead, 0.0, self.most
         self.events.append(Event(t, "start", search.motion.duration))
 
     def _configurations(self, motion: Motion) -> NDArray:

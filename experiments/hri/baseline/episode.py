@@ -17,12 +17,13 @@ from hrcjax.world import Person, Scene
 from ..trace import PROBE_TICKS, PROBES, Trace, probes_between, true_distances, waypoints_of
 from .baseline import Baseline
 from .cameras import Cameras
+from .guard import Guard
 from .settings import BaselineSettings
 
 
 def baseline_episode(
     cell: Cell, scene: Scene, person: Person, settings: BaselineSettings, seed: int = 0, rig: Rig | None = None,
-    waypoints: NDArray | None = None,
+    waypoints: NDArray | None = None, guard: Guard | None = None,
 ) -> Trace:  # fmt: skip
     """Runs the baseline beside a person for `cell.ticks`.
 
@@ -32,6 +33,7 @@ def baseline_episode(
         seed: of the noise and the planner.
         rig: the cameras; None: those of the cell.
         waypoints: (waypoint joint), cycled; None: see `waypoints_of` [rad].
+        guard: what slows the motions; None: nothing does.
     """
     begin = time.perf_counter()
     waypoints = waypoints_of(cell, scene) if waypoints is None else waypoints
@@ -46,6 +48,7 @@ def baseline_episode(
     probes = probes_between(waypoints)
     rows: dict[str, list[Any]] = {name: [] for name in ("q", "qd", "known", "lag", "probe_t", "probe_known")}
     spent = {"set-up": time.perf_counter() - begin, "images": 0.0, "baseline": 0.0}
+    zones: list[int] = []
     q, qd = waypoints[0].copy(), np.zeros_like(waypoints[0])
     top = cell.arm.qdd_max
     for tick, t in enumerate(cell.times):
@@ -53,6 +56,9 @@ def baseline_episode(
         cameras.expose(tick, q)
         frames = cameras.arrived(t)
         middle = time.perf_counter()
+        if guard is not None:
+            baseline.most = guard.most(tick, q, qd, *baseline.along())
+            zones.append(guard.zone)
         command = baseline.step(float(t), frames)
         spent["images"] += middle - start
         spent["baseline"] += time.perf_counter() - middle
@@ -75,5 +81,5 @@ def baseline_episode(
     return Trace(
         dt=cell.dt, t=np.asarray(cell.times), tool=baseline.spheres.tool(found["q"]), separation=separation,
         clearance=clearance, probe_true=probe_true.reshape(-1, PROBES), events=baseline.events, seconds=spent,
-        zone=np.zeros(len(found["q"]), int), **found,
+        zone=np.array(zones) if zones else np.zeros(len(found["q"]), int), **found,
     )  # fmt: skip
