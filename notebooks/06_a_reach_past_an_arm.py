@@ -174,7 +174,7 @@ for axes, d, g, title in (
     arrows = np.concatenate([flat[some], np.asarray(g)[some, :2]], axis=1)
     draw_slice(axes, FieldSlice(height, right, up, np.asarray(d).reshape(49, 49), arrows), 0.5)
     finish(axes, title)
-display(figure)
+plt.show()
 
 # %% [markdown]
 # ## What the leaves ask of a point, and how much they weigh
@@ -228,7 +228,7 @@ for axes, (M, acceleration), title in zip(
     shown = asked / np.maximum(length, 1e-9) * np.tanh(length / 3.0) * 0.08
     axes.quiver(*flat[few].T, *shown.T, angles="xy", scale_units="xy", scale=1, width=0.003, color="#222222")
     finish(axes, f"{title}: largest {length.max():.1f} m/s$^2$, metric to {size.max():.3g}")
-display(figure)
+plt.show()
 
 # %% [markdown]
 # ## Who decides along the reach

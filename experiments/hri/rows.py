@@ -80,6 +80,10 @@ PAIRED = {
     "_path": ("path", "baseline", "baseline and our path"),
 }
 """End of a row -> the systems of its pairs: of ours, of the baseline, in words."""
+FIRST = "baseline, which has no safety layer, and ours with it"
+"""The pairs of rows without an end."""
+BARRED = ("", "_free", "_guarded")
+"""Ends of the rows that have bars: ours with a safety layer beside a baseline without, neither with one, both with one."""
 
 
 def row(value: Any, unit: str = "1") -> dict[str, Any]:
@@ -87,9 +91,17 @@ def row(value: Any, unit: str = "1") -> dict[str, Any]:
     return {"value": float(value), "unit": unit}
 
 
+def stem_of(name: str) -> str:
+    """A row's name without the end that says whose pairs it is of, where rows with this end have bars."""
+    for end in BARRED[1:]:
+        name = name.removesuffix(end)
+    return name
+
+
 def holds(name: str, value: float) -> bool | None:
     """Whether a row keeps its bar; None: it has none. What isn't a number keeps none."""
-    return bool(BARS[name].least <= value <= BARS[name].most) if name in BARS else None
+    bar = BARS.get(stem_of(name))
+    return None if bar is None else bool(bar.least <= value <= bar.most)
 
 
 def interval(values: NDArray) -> tuple[float, float, float]:
@@ -164,6 +176,8 @@ def all_rows(pairs: Sequence[Pair], systems: Sequence[str]) -> Rows:
     for end, (one, other, _) in PAIRED.items():
         if {one, other} <= set(systems):
             rows |= pair_rows(pairs, one, other, end)
+            if end in BARRED:
+                rows[f"contacts{end}"] = row(sum(pair.by[one].contacts for pair in pairs if pair.clean))
     for system in systems:
         rows |= system_rows(pairs, system)
     return rows
@@ -173,8 +187,9 @@ def definition(name: str, systems: Sequence[str]) -> str:
     """What a row measures."""
     if name == "pairs":
         return "people times seeds: runs of every system"
-    if name == "contacts":
-        return "touches of the moving arm and the person in all runs of ours with clean motions"
+    if stem_of(name) == "contacts":
+        one = "ours" if name == "contacts" else PAIRED[name.removeprefix("contacts")][0]
+        return f"touches of the moving arm and the person in all runs of {one} with clean motions"
     for system in sorted(systems, key=len, reverse=True):
         if name.endswith(f"_{system}") and name not in BARS:
             stem = name.removesuffix(f"_{system}")
@@ -186,7 +201,7 @@ def definition(name: str, systems: Sequence[str]) -> str:
     for end, words in (("_low", "lower end of its 95 % interval (bootstrap)"), ("_high", "upper end of it")):
         if stem.endswith(end):
             stem, part = stem.removesuffix(end), words
-    who = "baseline and ours"
+    who = FIRST
     for end, (_, _, words) in PAIRED.items():
         if stem.endswith(end):
             stem, who = stem.removesuffix(end), words

@@ -9,7 +9,7 @@ from hrcjax.task_space.instances import Part, SplitParams, image_parts, join_par
 from hrcjax.task_space.segmenter import Detection, Segmenter, no_segmenter, pixel_labels
 from hrcjax.task_space.shape_fit import FitParams
 from hrcjax.task_space.solid_distance import POINTS
-from hrcjax.task_space.split import Explained, explain, rejoin, shaped
+from hrcjax.task_space.split import Explained, explain, hand_over, rejoin, shaped
 from hrcjax.task_space.table import Table, find_table, inside
 from hrcjax.task_space.view import View, points, steady, turned
 
@@ -27,8 +27,8 @@ class TaskSpaceParams(NamedTuple):
     """Greatest height over the table [m]."""
     least_height: float = 0.015
     """Lower things are not taken for obstacles [m]."""
-    edge: float = 0.0
-    """How far beyond the table's outline things may be [m]."""
+    edge: float = 0.05
+    """How far beyond the outline of what is seen of the table things may be: a thing at its border hides the table behind it [m]."""
 
 
 class Instance(NamedTuple):
@@ -135,5 +135,6 @@ def map_table(
             continue
         things += explain(own, mine, flat, params.fit, params.split)
     things = rejoin(own, things, flat, params.fit, params.split)
+    things = hand_over(own, things, flat, params.fit, params.split)
     instances = [_instance(_name(one.parts, found), one, params) for one in things]
     return TaskSpace(table, instances, own)

@@ -25,14 +25,14 @@ def _exact(camera: Camera, scene: Scene) -> Float[Array, "height width"]:
 
 @jax.jit
 def _noisy(
-    camera: Camera, exact: Float[Array, "height width"], keys: PRNGKeyArray, noise: NoiseParams
+    camera: Camera, exact: Float[Array, "height width"], keys: Array, noise: NoiseParams
 ) -> Float[Array, "image height width"]:
     return jax.lax.map(lambda key: measure(exact, camera, key, noise), keys)
 
 
 @partial(jax.jit, static_argnums=4)
 def _behind_arm(
-    camera: Camera, exact: Float[Array, "height width"], arm: Capsules, keys: PRNGKeyArray, margin: int, noise: NoiseParams
+    camera: Camera, exact: Float[Array, "height width"], arm: Capsules, keys: Array, margin: int, noise: NoiseParams
 ) -> Float[Array, "image height width"]:  # fmt: skip
     """One image for every posture, without the pixels of the arm."""
 

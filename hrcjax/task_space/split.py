@@ -178,6 +178,34 @@ def rejoin(
             every = [other for k, other in enumerate(every) if k not in pair] + [one]
 
 
+def hand_over(
+    views: list[View], every: list[Explained], flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> list[Explained]:
+    """The same things, but for those most of whose points lie on the surface of a better explained neighbour: an image may join a small
+    thing with a part of the one behind it, and a shape about both would pass through the other. The neighbour gets these points, and what is
+    left has a shape of its own, where there is one.
+
+    Args:
+        flat: points of all pixels of every view [m].
+    """
+    every = list(every)
+    for i, j in _near_pairs(every, split):
+        poorer, better = sorted((i, j), key=lambda k: -every[k].score)
+        a, b = every[poorer], every[better]
+        stays = []
+        for part in a.parts:
+            place, spread = flat[part.view][part.pixels], views[part.view].deviation.ravel()[part.pixels]
+            stays.append(_from(b, place) > OFF * np.hypot(spread, params.model))
+        own, given = _sides(a.parts, stays, split.least_pixels)
+        left = sum(len(part.pixels) for part in own)
+        if left < split.least_pixels or left > len(a.place) / 2:
+            continue
+        two = _fitted(views, own, flat, params), _fitted(views, b.parts + given, flat, params)
+        if all(shaped(one, split) for one in two):
+            every[poorer], every[better] = two
+    return every
+
+
 def _near_pairs(every: list[Explained], split: SplitParams) -> list[tuple[int, int]]:
     """Things with points nearer to each other than `near`."""
     trees = [KDTree(one.place) for one in every]

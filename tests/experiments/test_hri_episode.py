@@ -30,6 +30,13 @@ def still(x: float) -> Person:
     return Person(at, at, radius, jnp.asarray(1.0, SCENE.start.dtype), jnp.ones((2,), bool), ("head",))
 
 
+def near_ball(place: np.ndarray) -> Person:
+    """A ball of a person at a place."""
+    at = jnp.broadcast_to(jnp.asarray(place, SCENE.start.dtype), (2, 1, 3))
+    radius = jnp.full((1,), 0.12, SCENE.start.dtype)
+    return Person(at, at, radius, jnp.asarray(1.0, SCENE.start.dtype), jnp.ones((2,), bool), ("hand",))
+
+
 def test_planning_takes_the_stated_time() -> None:
     settings = BaselineSettings(overhead=0.05, check_time=1e-5, time_limit=0.5)
     assert settings.planning_time(0) == 0.05
@@ -83,3 +90,54 @@ def test_episode_follows_its_commands_and_knows_somebody_who_is_there() -> None:
     near = trace.known[30:] - trace.separation[30:]
     assert np.abs(near).max() < 0.08  # half a voxel's diagonal, spheres, noise
     assert trace.probe_true.shape == trace.probe_known.shape == (len(trace.probe_t), PROBES)
+
+
+def test_a_guard_slows_the_baseline_on_its_own_path() -> None:
+    """Half the pace: the same places in twice the time; none: it stands, and goes on from there."""
+    pytest.importorskip("pyoctomap")
+    pytest.importorskip("ompl")
+    pytest.importorskip("toppra")
+    from experiments.hri.baseline.baseline import Baseline
+
+    def ways(paces: list[float], ticks: int) -> tuple[np.ndarray, np.ndarray]:
+        one = Baseline(make_cell().arm, np.stack([A, B]), BaselineSettings(), 0.008)
+        found = []
+        for tick in range(ticks):
+            one.most = paces[min(tick, len(paces) - 1)]
+            found.append(one.step(tick * 0.008))
+        return np.array([c.q for c in found]), np.array([c.qd for c in found])
+
+    whole, speed = ways([1.0], 200)
+    begin = int(np.argmax(np.abs(speed).max(1) > 0))
+    half, half_speed = ways([0.5], 2 * 200)
+    start = int(np.argmax(np.abs(half_speed).max(1) > 0))
+    apart = half[start : start + 2 * 120 : 2][:100] - whole[begin : begin + 120][:100]
+    assert np.abs(apart).max() < 0.02  # places of one path, half a tick apart at most
+    assert half_speed[start : start + 300].max() < 0.55 * speed.max()
+    stopped, _ = ways([1.0] * 100 + [0.0] * 50 + [1.0], 260)
+    assert np.ptp(stopped[102:148], axis=0).max() < 1e-9
+    assert np.abs(stopped[155:250] - whole[105:200]).max() < 0.02
+
+
+@pytest.mark.slow
+def test_the_guard_stops_beside_somebody_and_lets_go_where_nobody_is() -> None:
+    """The pace is 0 where the motion leads to a person within S_p(0), and grows where nobody is."""
+    from experiments.hri.baseline.guard import Guard
+    from experiments.hri.numbers import our_params
+    from experiments.hri.systems import Bench
+
+    bench = Bench(0.4, our_params(0.51), BaselineSettings(), BaselineSettings(), decimation=8)
+    single = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), bench.params)
+    paces = {}
+    for name, person in (
+        ("nobody", near_ball(np.array([-3.0, 0.6, 0.5]))),
+        ("near", near_ball(np.array([-0.3, 0.53, 0.35]))),
+    ):
+        known = bench.set_up(person, 0)
+        guard = Guard(replace(bench.cell, motion="path"), single, known, jax.random.key(0), 0.5)
+        along = (B - A) / 2.5  # the tool goes to negative x
+        for tick in range(40):
+            pace = guard.most(tick, A, np.zeros(6), along, 1.0)
+        paces[name] = pace, guard.zone
+    assert paces["nobody"][0] > 0.05 and paces["nobody"][1] == 0
+    assert paces["near"] == (0.0, 3)

@@ -2,19 +2,30 @@
 
 from functools import cache
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from made_views import UP, views_of
 
-from hrcjax.task_space import POINTS, TaskSpace, find_table, instances_scene, map_table, obstacle_grid, solid_distances
+from hrcjax.sense.rig import cell_rig
+from hrcjax.task_space import (
+    POINTS,
+    TaskSpace,
+    find_table,
+    instances_scene,
+    map_table,
+    obstacle_grid,
+    simulated_views,
+    solid_distances,
+)
 from hrcjax.task_space.instances import SplitParams, image_parts, join_parts
 from hrcjax.task_space.segmenter import Detection, pixel_labels
 from hrcjax.task_space.split import thin_places
 from hrcjax.task_space.view import turned
 from hrcjax.world import obstacle_distances, robotica
 from hrcjax.world.scene import BOX, COLUMN, SPHERE
-from hrcjax.world.scenes import Obstacle
+from hrcjax.world.scenes import Obstacle, make_scene
 
 THINGS = [
     Obstacle(SPHERE, (0.15, 0.3, 0.05), (0.05, 0.05, 0.05), 0.0, 0.05),
@@ -136,3 +147,27 @@ def test_two_discs_are_thinnest_between_them() -> None:
     both = np.concatenate([disc, disc + np.array([0.083, 0.0])])
     way, offset = thin_places(np.column_stack([both, np.zeros(len(both))]), 1)[0]
     assert abs(way[0]) > 0.96 and abs(offset / way[0] - 0.0415) < 0.004
+
+
+def test_a_small_thing_that_an_image_joins_with_the_one_behind_it_is_told_from_it() -> None:
+    column = Obstacle(COLUMN, (0.624, 0.266, 0.071), (0.069, 0.069, 0.071), 0.0, 0.069)
+    ball = Obstacle(SPHERE, (0.55, 0.315, 0.018), (0.018, 0.018, 0.018), 0.0, 0.018)  # 2 mm beside it
+    scene = make_scene([column, ball], (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0.0,) * 3, (1.0,) * 3)
+    cameras = cell_rig(scene, hand=False, decimation=1).cameras
+    found = map_table(simulated_views(cameras, scene, jax.random.key(10), 16), UP).instances
+    assert sorted(one.kind for one in found) == [SPHERE, COLUMN]
+    for o in (column, ball):
+        one = min(found, key=lambda i: np.linalg.norm(i.center - o.center))
+        assert one.kind == o.kind
+        np.testing.assert_allclose(one.center, o.center, atol=0.006)
+        np.testing.assert_allclose(one.size, o.size, atol=0.006)
+
+
+def test_a_thing_at_the_border_of_what_is_seen_is_whole() -> None:
+    views = views_of([THINGS[1]])
+    table = find_table(views, UP)
+    near = table.corners.min(0)[0], THINGS[1].center[0]
+    corners = table.corners.copy()
+    corners[:, 0] = np.maximum(corners[:, 0], near[1] + 0.02)  # the table's points end within the box
+    one = map_table(views, UP, table=table._replace(corners=corners)).instances[0]
+    np.testing.assert_allclose(one.center, THINGS[1].center, atol=0.004)
