@@ -2,7 +2,6 @@
 
 import sys
 import time
-from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -14,10 +13,11 @@ from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Make, RunStore, collect, locked_store
 from hrcjax.lab.checks import among, at_least, check_outputs
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import table, write_rows
+from hrcjax.lab.rows import report, write_rows
 
 from .case import make_bench
 from .config import GraspConfig
@@ -85,23 +85,9 @@ def _measured(config: GraspConfig, store: RunStore, begin: float) -> int:
 
         names = draw(folder / FIGURES, cases, (config.friction, *config.slippery))
     if config.page:
-        write_bytes(config.page, page(rows, config, _copied(folder, config.page, names)).encode())
-    _report(rows, folder, time.monotonic() - begin)
+        write_bytes(
+            config.page, page(rows, config, copy_figures(folder / FIGURES, config.page, names, "grasp")).encode()
+        )
+    report("grasp", rows, holds)
+    print(f"Took {duration(time.monotonic() - begin)}. Objects and rows: {folder}")
     return 0
-
-
-def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
-    """Figures copied beside the page; their places from there."""
-    place = page_file.parent / "figures"
-    if names:
-        place.mkdir(exist_ok=True)
-    for name in names:
-        write_bytes(place / f"grasp-{name}", (folder / FIGURES / name).read_bytes())
-    return [f"figures/grasp-{name}" for name in names]
-
-
-def _report(rows: Mapping[str, Any], folder: Path, seconds: float) -> None:
-    print(table("grasp", rows))
-    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
-    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
-    print(f"Took {duration(seconds)}. Objects and rows: {folder}")

@@ -17,10 +17,11 @@ from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, collect, locked_store
 from hrcjax.lab.checks import among, at_least, check_outputs, each_once
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import table, write_rows
+from hrcjax.lab.rows import report, write_rows
 from hrcjax.world import MOTIONS
 
 from .baseline import octree, planning, timing
@@ -28,7 +29,7 @@ from .case import kept, measures_of, trace_of
 from .config import SYSTEMS, HriConfig
 from .numbers import our_params
 from .page import page
-from .rows import Pair, Rows, all_rows, holds
+from .rows import Pair, all_rows, holds
 from .systems import BASELINES, SCENE, Bench
 
 PARTS = {"pyoctomap": octree.installed, "ompl": planning.installed, "toppra": timing.installed}
@@ -155,24 +156,9 @@ def _measured(config: HriConfig, store: RunStore, begin: float) -> int:
 
         names = draw(folder / FIGURES, config, bench, cases, pairs)
     if config.page:
-        write_bytes(config.page, page(rows, pairs, config, _copied(folder, config.page, names)).encode())
-    _report(rows, folder, time.monotonic() - begin)
+        write_bytes(
+            config.page, page(rows, pairs, config, copy_figures(folder / FIGURES, config.page, names, "hri")).encode()
+        )
+    report("hri", rows, holds)
+    print(f"Took {duration(time.monotonic() - begin)}. Runs and rows: {folder}")
     return 0
-
-
-def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
-    """Figures copied beside the page; their places from there. An MP4 stays in the folder of the run."""
-    place = page_file.parent / "figures"
-    shown = [name for name in names if not name.endswith(".mp4")]
-    if shown:
-        place.mkdir(exist_ok=True)
-    for name in shown:
-        write_bytes(place / f"hri-{name}", (folder / FIGURES / name).read_bytes())
-    return [f"figures/hri-{name}" for name in shown]
-
-
-def _report(rows: Rows, folder: Path, seconds: float) -> None:
-    print(table("hri", rows))
-    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
-    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
-    print(f"Took {duration(seconds)}. Runs and rows: {folder}")

@@ -14,10 +14,11 @@ from hrcjax.cells.people import check_worlds, person_key, with_recordings
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, collect, locked_store
 from hrcjax.lab.checks import among, at_least, check_outputs, each_once
+from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import table, write_rows
+from hrcjax.lab.rows import report, write_rows
 from hrcjax.world import MOTIONS
 
 from .bench import SCENE, VARIANTS, Bench, params_of
@@ -25,7 +26,7 @@ from .config import InteractConfig
 from .measures import direction_of
 from .page import page
 from .play import FUNCTIONS
-from .rows import Rows, all_rows, holds
+from .rows import all_rows, holds
 from .truth import truth_of
 
 AFTERWARDS = ("measures.py", "rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")
@@ -131,23 +132,10 @@ def _measured(config: InteractConfig, store: RunStore, begin: float) -> int:
 
         names = draw(folder / FIGURES, cases, directions, bench.cell.dt)
     if config.page:
-        write_bytes(config.page, page(rows, cases, config, _copied(folder, config.page, names)).encode())
-    _report(rows, folder, time.monotonic() - begin)
+        write_bytes(
+            config.page,
+            page(rows, cases, config, copy_figures(folder / FIGURES, config.page, names, "interact")).encode(),
+        )
+    report("interact", rows, holds)
+    print(f"Took {duration(time.monotonic() - begin)}. Runs and rows: {folder}")
     return 0
-
-
-def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
-    """Figures copied beside the page; their places from there."""
-    place = page_file.parent / "figures"
-    if names:
-        place.mkdir(exist_ok=True)
-    for name in names:
-        write_bytes(place / f"interact-{name}", (folder / FIGURES / name).read_bytes())
-    return [f"figures/interact-{name}" for name in names]
-
-
-def _report(rows: Rows, folder: Path, seconds: float) -> None:
-    print(table("interact", rows))
-    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
-    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
-    print(f"Took {duration(seconds)}. Runs and rows: {folder}")

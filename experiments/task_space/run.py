@@ -8,9 +8,10 @@ from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Case, RunStore, collect, locked_store
 from hrcjax.lab.checks import at_least, check_outputs
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import table, write_rows
+from hrcjax.lab.rows import report, write_rows
 
 from .config import TaskSpaceConfig
 from .evaluate import wanted
@@ -50,10 +51,10 @@ def run(config: TaskSpaceConfig) -> int:
             rows = all_rows(cases)
             write_rows(folder, config.json, {"task_space": rows})
             names = _tables(store, cases, config)
-            _report(rows)
+            report("task_space", rows, holds)
         frames = map_input(config, folder) if config.input else []
         if config.page:
-            text = page(rows, cases, config, _copied(folder / FIGURES, config.page, names), frames_text(frames, _copied(folder / FIGURES, config.page, [f.figure for f in frames if f.figure])))  # fmt: skip
+            text = page(rows, cases, config, copy_figures(folder / FIGURES, config.page, names, "task-space"), frames_text(frames, copy_figures(folder / FIGURES, config.page, [f.figure for f in frames if f.figure], "task-space")))  # fmt: skip
             write_bytes(config.page, text.encode())
     print(f"Took {duration(time.monotonic() - begin)}. Results: {folder}")
     return 0
@@ -80,19 +81,3 @@ def _tables(store: RunStore, cases: list[Case], config: TaskSpaceConfig) -> list
     write_grid(place, grid)
     table_figure(place / "table.png", table_of(most), found, grid)
     return ["table.png", "errors.png"]
-
-
-def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
-    """Figures copied beside the page; their places from there."""
-    place = page_file.parent / "figures"
-    if names:
-        place.mkdir(exist_ok=True)
-    for name in names:
-        write_bytes(place / f"task-space-{name}", (folder / name).read_bytes())
-    return [f"figures/task-space-{name}" for name in names]
-
-
-def _report(rows: Rows) -> None:
-    print(table("task_space", rows))
-    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
-    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))

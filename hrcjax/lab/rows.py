@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,17 @@ def table(name: str, rows: Mapping[str, Row]) -> str:
         text = f"{value:,.0f}" if isinstance(value, int | float) and math.isfinite(value) and abs(value) >= 1000 else ""
         lines.append([row, text or f"{value:.3g}", str(entry["unit"])])
     return aligned(lines, "<><")
+
+
+def report(name: str, rows: Mapping[str, Row], holds: Callable[[str, float], bool | None]) -> None:
+    """Prints the rows of a section, and which of their bars do not hold.
+
+    Args:
+        holds: row, value -> whether the row keeps its bar; None: it has none.
+    """
+    print(table(name, rows))
+    failed = [row for row, entry in rows.items() if holds(row, entry["value"]) is False]
+    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
 
 
 def write_rows(folder: Path, file: Path | None, sections: Mapping[str, Mapping[str, Row]]) -> None:
