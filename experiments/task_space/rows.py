@@ -60,6 +60,11 @@ def together(cases: Sequence[Case], name: str) -> NDArray:
     return np.concatenate([case[name] for case in cases])
 
 
+def share(holds: NDArray) -> float:
+    """Of true entries; NaN: there are none [%]."""
+    return 100 * float(holds.mean()) if len(holds) else math.nan
+
+
 def all_rows(cases: Sequence[Case]) -> Rows:
     """All rows, over the tables."""
     has = together(cases, "match") >= 0
@@ -91,7 +96,7 @@ def all_rows(cases: Sequence[Case]) -> Rows:
         "covered_unseen": row(whole("covered_unseen"), "%"),
         "covered_points": row(100 * together(cases, "covered")[found].mean(), "%"),
         "worst_mm_p95": row(1e3 * np.percentile(together(cases, "worst")[found], 95), "mm"),
-        "kind": row(100 * np.mean(kind == other), "%"), "as_points": row(100 * np.mean(other == -1), "%"),
+        "kind": row(share(kind == other), "%"), "as_points": row(share(other == -1), "%"),
         "deviations": row(over("normalised_error", 50, 1.0)),
         "table_mm": row(1e3 * max(off), "mm"), "table_deg": row(max(tilt), "deg"),
         "frame_s": row(np.median([float(case["seconds"]) for case in cases]), "s"),

@@ -22,9 +22,9 @@ class GiveWayParams(eqx.Module):
     """Numbers of giving way; our choice."""
 
     reference: ReferenceParams = ReferenceParams(
-        gain=4.0, velocity_gain=16.0, speed=0.5, acceleration=1.0, leash=0.015, velocity_leash=0.03
+        gain=2.0, velocity_gain=8.0, speed=0.5, acceleration=0.3, leash=0.015, velocity_leash=0.03
     )
-    """How the goal moves where the tool could not follow."""
+    """How the goal moves where the tool could not follow: gently, as this comes on top of the way's own acceleration."""
     pace: float = 1.0
     """Phase of the task in a second at full pace: to and fro takes 2 pi over this [1/s]."""
     enter: float = 0.35
@@ -37,10 +37,10 @@ class GiveWayParams(eqx.Module):
     """How far an approach is carried on."""
     quickness: float = 5.0
     """Of the way to the refuge; see `shifted` [1/s]."""
-    acceleration: float = 1.0
-    """Largest acceleration on the way back; that of the path clock [m/s^2]."""
-    jerk: float = 10.0
-    """Largest jerk there; that of the path clock [m/s^3]."""
+    acceleration: float = 0.9
+    """Largest acceleration on the way back; a little less than that of the path clock, as the tool's way to its goal comes on top [m/s^2]."""
+    jerk: float = 9.0
+    """Largest jerk there, likewise [m/s^3]."""
     waits: float = 0.1
     """Distance of the tool from its place at which the task's clock runs at 1/e of its pace [m]."""
     joined: float = 0.1
