@@ -60,9 +60,9 @@ def together(cases: Sequence[Case], name: str) -> NDArray:
     return np.concatenate([case[name] for case in cases])
 
 
-def share(holds: NDArray) -> float:
-    """Of true entries; NaN: there are none [%]."""
-    return 100 * float(holds.mean()) if len(holds) else math.nan
+def share(of: NDArray) -> float:
+    """Mean of shares, or share of true entries; NaN: there are none [%]."""
+    return 100 * float(of.mean()) if len(of) else math.nan
 
 
 def all_rows(cases: Sequence[Case]) -> Rows:
@@ -87,14 +87,14 @@ def all_rows(cases: Sequence[Case]) -> Rows:
     tilt = [float(np.rad2deg(np.arccos(min(1.0, case["normal"][2])))) for case in cases]
     return {
         "tables": row(len(cases)), "things": row(len(found)),
-        "found": row(100 * found.mean(), "%"), "found_seen": row(100 * found[seen].mean(), "%"),
-        "merged": row(100 * (found & ~has).mean(), "%"),
+        "found": row(share(found), "%"), "found_seen": row(share(found[seen]), "%"),
+        "merged": row(share(found & ~has), "%"),
         "false": row(100 * sum(int(case["false"]) for case in cases) / max(instances, 1), "%"),
         "centre_mm": row(over("centre_error", 50), "mm"), "centre_mm_p95": row(over("centre_error", 95), "mm"),
         "size_mm": row(over("size_error", 50), "mm"), "size_mm_p95": row(over("size_error", 95), "mm"),
         "covered": row(whole("covered"), "%"), "covered_seen": row(whole("covered_seen"), "%"),
         "covered_unseen": row(whole("covered_unseen"), "%"),
-        "covered_points": row(100 * together(cases, "covered")[found].mean(), "%"),
+        "covered_points": row(share(together(cases, "covered")[found]), "%"),
         "worst_mm_p95": row(1e3 * np.percentile(together(cases, "worst")[found], 95), "mm"),
         "kind": row(share(kind == other), "%"), "as_points": row(share(other == -1), "%"),
         "deviations": row(over("normalised_error", 50, 1.0)),
