@@ -22,9 +22,10 @@ class GiveWayParams(eqx.Module):
     """Numbers of giving way; our choice."""
 
     reference: ReferenceParams = ReferenceParams(
-        gain=2.0, velocity_gain=8.0, speed=0.5, acceleration=0.3, leash=0.015, velocity_leash=0.03
+        gain=3.0, velocity_gain=12.0, speed=0.5, acceleration=0.7, leash=0.002, velocity_leash=0.005
     )
-    """How the goal moves where the tool could not follow: gently, as this comes on top of the way's own acceleration."""
+    """How the goal moves where the tool could not follow. Its leash is short: what the policy asks for when the safety layer lets go comes on
+    top of the way's own acceleration."""
     pace: float = 1.0
     """Phase of the task in a second at full pace: to and fro takes 2 pi over this [1/s]."""
     enter: float = 0.35
