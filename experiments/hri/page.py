@@ -31,7 +31,7 @@ READ = """
   `reach_in`, seed 0. The baseline was tuned beside `reach_in` and `reach_and_stay`, seeds 0 and 3. These pairs are in the table.
 * **The safety layer is what is rough.** Where a zone tightens or a stop begins it cuts the speed within a tick or two, and beside a hand that stays
   it stops, retreats and is released, by directions that carry the noise of images. That is what `ours` has above `ours_free`, at 50 Hz by a factor of
-  hundreds. It also keeps the arm where it is slow when a hand comes, and a slow arm does not get out of the way of a hand.
+  hundreds; the baseline under it is as rough. It also keeps the arm where it is slow when a hand comes, and a slow arm does not get out of the way of a hand.
 * **Time and jerk trade** by a factor of a thousand (hri-baseline.md), and `trade.png` shows both: a ratio of jerks says something beside the ratio of times alone. A straight leg
   from rest to rest in the time T has a mean squared jerk of 720 L^2 / T^6 at least (Flash and Hogan 1985): 1.7 m^2/s^6 in the baseline's
   2.5 s. The baseline's free leg has 6; five times less than it is not to be had in its time by anyone who comes to rest with no
