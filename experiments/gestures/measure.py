@@ -125,6 +125,14 @@ def false_starts(stream: Stream, read: Told) -> dict[str, int]:
     return {"go": go, "home": home, "point": int(((read.command == POINT) & ~pointed).sum())}
 
 
+def false_stops(stream: Stream, read: Told) -> int:
+    """Of a stream without a go: parts with a stop where no hand was open, nor a moment before."""
+    opened = np.isin(stream.kind, ("open", "transition", "occluded", "closed for a moment"))
+    lately = np.convolve(opened, np.ones(MOMENT + 1), "full")[: len(opened)] > 0
+    stops = np.flatnonzero((read.command == STOP) & ~lately)
+    return len(np.unique(np.searchsorted(stream.begins, stops, side="right")))
+
+
 def delays(stream: Stream, read: Told) -> dict[str, NDArray]:
     """Time from the begin of each shown gesture to its command, infinite where it was not given [s]."""
     ends = np.append(stream.begins[1:], len(stream.x))

@@ -22,13 +22,13 @@ of MediaPipe. What looks like none of these gestures is no command.
   eight blocks (`train --choose`), by the mean of accuracy, accuracy turned, disorder rejected and other fingers rejected: 0.979, 0.975, 0.973, 0.971
   as shipped; with half the noise 0.971, 0.962, 0.977, 0.980; with 1.5 times the noise 0.980, 0.978, 0.964, 0.967. Half the noise
   gave 0.968 and 0.940 on the held-out blocks, which were looked at once before the noise was chosen.
-* **Commands**: a frame votes for a command where the gesture's probability is high enough. Stop needs two votes in a row. Go, point and home
-  need half a second or more, in which a frame without vote takes away twice its time; a stop takes back what was shown before it. A
+* **Commands**: a frame votes for a command where the gesture's probability is high enough. Stop needs two votes, with at most two frames
+  between them that see nothing. Go, point and home need half a second or more, in which a frame without vote takes away twice its time; a stop takes back what was shown before it. A
   command is given in a frame that votes for it: the loss of a hand gives none, and ends no stop. Only a go lets the arm move; point and
   home choose where to. `configs/gestures/commands.toml` is the table.
 * **Streams**: made of the held-out rows at 30 frames a second. The first has no go: no hand, hands in disorder, other gestures, open and
   pointing hands as recorded, transitions between them, hands half hidden, and hands that close for at most 0.35 s. The second
-  shows open, closed and pointing hands 100 times each, 1.5 s long.
+  shows open, closed and pointing hands 100 times each, 1.5 s long; `flicker` are the same hands, every second image of which sees none.
 """
 READ = """
 ## How to read it

@@ -20,6 +20,9 @@ BARS = {
     "false_starts": ("<=", 0),
     "stop_frames": ("<=", 2),
     "go_least_delay": (">=", 0.5),
+    "flicker_stop_frames": ("<=", 3),
+    "flicker_stops": (">=", 1),
+    "flicker_gos": ("<=", 0),
 }
 """Relation and bound of a row."""
 WAYS = {"": "", "_rule": "; by the rule of extended fingers", "_plain": "; by the plain network of 42, 32 and 3 units"}
@@ -39,6 +42,7 @@ DEFINITIONS = {
     "false_starts": "go commands in a stream without a closed hand of half a second",
     "false_goals": "in the same stream: home, and point where nobody pointed",
     "stream_minutes": "its duration",
+    "false_stops": "in all these streams: parts with a stop where no hand was open, nor in the sixth of a second before",
     "stop_frames": "frames until an open hand stops the arm, median",
     "stops_seen": "open hands of 1.5 s that stop the arm",
     "stops_at_once": "of those, within two frames",
@@ -47,6 +51,9 @@ DEFINITIONS = {
     "gos_seen": "closed hands of 1.5 s that let the arm go on",
     "point_delay": "time from the begin of a pointing hand to its command, median",
     "points_seen": "pointing hands of 1.5 s that are a command",
+    "flicker_stop_frames": "frames until an open hand stops the arm of which every second image sees nothing, median: its second vote is in the third",
+    "flicker_stops": "open hands of 1.5 s so seen that stop the arm",
+    "flicker_gos": "closed hands so seen that let the arm go on",
 }
 
 
@@ -93,4 +100,14 @@ def delay_rows(delays: Mapping[str, NDArray], rate: float) -> Rows:
         "gos_seen": row(np.isfinite(go).mean()),
         "point_delay": row(np.median(point), "s"),
         "points_seen": row(np.isfinite(point).mean()),
+    }
+
+
+def flicker_rows(delays: Mapping[str, NDArray], rate: float) -> Rows:
+    """Rows of commands that every second image sees."""
+    stop = delays["open"]
+    return {
+        "flicker_stop_frames": row(np.median(stop) * rate, "frames"),
+        "flicker_stops": row(np.isfinite(stop).mean()),
+        "flicker_gos": row(np.isfinite(delays["closed"]).mean()),
     }

@@ -18,9 +18,9 @@ from hrcjax.lab.writable import check_writable
 
 from .config import Config, EvaluateConfig, RunConfig, TrainConfig, default_commands, default_weights
 from .data import HELD, read_hands
-from .measure import Looked, Told, by_classifier, by_rule, delays, false_starts, looked, told
-from .rows import Rows, delay_rows, holds, looked_rows, row
-from .stream import RATE, Stream, with_commands, without_go
+from .measure import Looked, Told, by_classifier, by_rule, delays, false_starts, false_stops, looked, told
+from .rows import Rows, delay_rows, flicker_rows, holds, looked_rows, row
+from .stream import RATE, Stream, flickering, with_commands, without_go
 from .train import Recipe, fit, plain_network
 
 HEAD = """# Weights of the classifier of gestures: 210 distances, {hidden} hidden units, 4 gestures. Written by
@@ -120,12 +120,16 @@ def evaluate(config: EvaluateConfig, begin: float) -> int:
         "stream_minutes": row(len(hard.x) / RATE / 60, "min"),
     }
     more = [without_go(held, 60 * config.minutes, config.seed + 1 + k) for k in range(config.streams)]
-    rows["false_starts_more"] = row(sum(false_starts(one, told(ways[""], commands, one))["go"] for one in more))
+    shown = [(one, told(ways[""], commands, one)) for one in more]
+    rows["false_starts_more"] = row(sum(false_starts(*one)["go"] for one in shown))
+    rows["false_stops"] = row(sum(false_stops(*one) for one in [(hard, read), *shown]))
     rows["minutes_more"] = row(sum(len(one.x) for one in more) / RATE / 60, "min")
     rows["false_starts_rule"] = row(false_starts(hard, told(ways["_rule"], commands, hard))["go"])
     wanted = with_commands(held, 100, config.seed)
     noticed = told(ways[""], commands, wanted)
     rows |= delay_rows(delays(wanted, noticed), RATE)
+    rarely = flickering(wanted)
+    rows |= flicker_rows(delays(rarely, told(ways[""], commands, rarely)), RATE)
     write_rows(config.out, config.json, {"gestures": rows})
     names = draw(config.out, seen, (hard, read), (wanted, noticed))
     if config.page:

@@ -1,7 +1,7 @@
 """Streams of frames made of recorded hands: what is no command, and hard cases; and commands to be noticed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,6 +162,13 @@ def without_go(hands: Hands, seconds: float, seed: int) -> Stream:
         parts.append((name, part))
         frames += len(part[0])
     return joined(parts)
+
+
+def flickering(stream: Stream) -> Stream:
+    """The same as a detector gives it that misses every second image."""
+    place = np.arange(len(stream.x))
+    place -= np.maximum.accumulate(np.where(np.isin(place, stream.begins), place, 0))
+    return replace(stream, seen=stream.seen & (place % 2 == 0)[:, None])
 
 
 def with_commands(hands: Hands, count: int, seed: int) -> Stream:

@@ -22,6 +22,8 @@ class CommandRule(eqx.Module):
     """Time for which it must be shown [s]."""
     frames: int = 2
     """Votes in a row that it needs at least."""
+    misses: int = 0
+    """Frames in a row without a vote that do not end a row."""
     loss: float = 2.0
     """Time that a frame without vote takes away, over the duration of the frame [1]."""
     release: float = 0.5
@@ -31,8 +33,8 @@ class CommandRule(eqx.Module):
 class CommandParams(eqx.Module):
     """The table of commands."""
 
-    stop: CommandRule = CommandRule(certainty=0.5, hold=0.0, frames=2)
-    """One open hand: stop."""
+    stop: CommandRule = CommandRule(certainty=0.5, hold=0.0, frames=2, misses=2)
+    """One open hand: stop, also if its detector sees it only now and then."""
     go: CommandRule = CommandRule(certainty=0.9, hold=0.5, frames=10)
     """One closed hand and none open: go on. The one command after which the arm moves."""
     point: CommandRule = CommandRule(certainty=0.9, hold=0.5, frames=10)
@@ -54,6 +56,8 @@ class CommandState(eqx.Module):
     """Time for which each was shown, less what was lost [s]."""
     row: Int[Array, "command"]
     """Votes in a row."""
+    missed: Int[Array, "command"]
+    """Frames since the last one."""
     given: Bool[Array, "command"]
     """Whether it was given and is not over."""
     stopped: Bool[Array, ""]
@@ -62,7 +66,8 @@ class CommandState(eqx.Module):
 
 def initial_commands(dtype: jnp.dtype, stopped: bool = False) -> CommandState:
     """Nothing shown yet."""
-    return CommandState(jnp.zeros(4, dtype), jnp.zeros(4, jnp.int32), jnp.zeros(4, bool), jnp.asarray(stopped))
+    none = jnp.zeros(4, jnp.int32)
+    return CommandState(jnp.zeros(4, dtype), none, none, jnp.zeros(4, bool), jnp.asarray(stopped))
 
 
 def frame_votes(
@@ -93,7 +98,7 @@ def update_commands(
     """One frame: the memory after it, and the command given in it, `NO_COMMAND` in most.
 
     A command is given in a frame that votes for it, when it has been shown for its hold time and in its number of frames in a
-    row. So the loss of a hand, or of the camera, gives none; it does not end a stop either. A stop has the rank before all.
+    row; few frames without a vote do not end the row of a stop. So the loss of a hand, or of the camera, gives none; it does not end a stop either. A stop has the rank before all.
 
     Args:
         probability: of open, closed, pointing and none, of each hand.
@@ -104,7 +109,7 @@ def update_commands(
     rules = params.rules()
     dtype, row_type = state.held.dtype, state.row.dtype
     hold, loss, release = (jnp.asarray([getattr(r, k) for r in rules], dtype) for k in ("hold", "loss", "release"))
-    need = jnp.asarray([r.frames for r in rules], row_type)
+    need, misses = (jnp.asarray([getattr(r, k) for r in rules], row_type) for k in ("frames", "misses"))
     known = (dt > 0) & (dt <= params.longest_gap)
     step = jnp.where(known, jnp.clip(dt, 0.0, LONGEST_FRAME), 0.0).astype(dtype)
     # over a gap what counts towards motion begins anew; what counts towards a stop stays
@@ -114,14 +119,15 @@ def update_commands(
     held = jnp.where(
         vote, jnp.minimum(held + jnp.where(row > 0, step, 0.0), hold), jnp.maximum(held - loss * step, 0.0)
     )
-    row = jnp.where(vote, row + 1, 0)
+    missed = jnp.where(vote, 0, jnp.minimum(state.missed, misses) + 1)
+    row = jnp.where(missed > misses, 0, row + vote.astype(row_type))
 
     full = vote & (held >= hold) & (row >= need)
     stop, go, point, home = full & ~state.given
-    given = full | (state.given & jnp.where(hold > 0, held >= release * hold, vote))
+    given = full | (state.given & jnp.where(hold > 0, held >= release * hold, row > 0))
     stopped = full[0] | (state.stopped & ~go)
     begins_anew = jnp.asarray([False, True, True, False]) & full[0]  # a stop takes back what was shown before it
     held, row, given = jnp.where(begins_anew, 0.0, held), jnp.where(begins_anew, 0, row), given & ~begins_anew
     command = jnp.where(home, HOME, jnp.where(point, POINT, jnp.where(go, GO, NO_COMMAND)))
     command = jnp.where(stop, STOP, command).astype(jnp.int32)
-    return CommandState(held, row, given, stopped), command
+    return CommandState(held, row, missed, given, stopped), command

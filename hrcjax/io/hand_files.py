@@ -14,6 +14,14 @@ import numpy as np
 from hrcjax.hand import GESTURES, Classifier, CommandParams, CommandRule
 from hrcjax.hand.landmarks import PAIRS
 
+MOST_GAP = 0.5
+"""The longest gap between frames over which a table may let a hand count on [s]."""
+SAFE = {
+    "go": {"hold": ("at least", 0.5), "certainty": ("at least", 0.5), "frames": ("at least", 2), "misses": ("at most", 0), "loss": ("at least", 1)},
+    "stop": {"hold": ("at most", 0.2), "certainty": ("at most", 0.9), "frames": ("at most", 3)},
+}  # fmt: skip
+"""Bounds of the fields of a rule: without hold, row and loss of its time, a go would come of moments of a closed hand."""
+
 
 def classifier_text(model: Classifier, head: str = "") -> str:
     """A classifier as TOML: sizes of the layers, and all numbers as base64 of little-endian float16, in the order of the fields.
@@ -60,6 +68,8 @@ def read_classifier(file: Path) -> Classifier:
 def read_commands(file: Path) -> CommandParams:
     """The table of commands of a file: a table for each of stop, go, point and home, with the fields of `CommandRule`.
 
+    Refused is also what would undo that a go needs half a second of a closed hand, or keep a stop back.
+
     Raises:
         ValueError: an unknown name, a value out of range; the message names the file.
         OSError: it cannot be read.
@@ -67,6 +77,10 @@ def read_commands(file: Path) -> CommandParams:
     try:
         entries = tomllib.loads(file.read_text(encoding="utf-8"))
         gap = _number("longest_gap", entries.pop("longest_gap", CommandParams.longest_gap))
+        if not 0 < gap <= MOST_GAP:
+            raise ValueError(
+                f"longest_gap = {gap}: accepted is from over 0 to {MOST_GAP} s, as nothing is known of a hand in a gap"
+            )
         rules = {name: _rule(name, entries.pop(name, {})) for name in ("stop", "go", "point", "home")}
         if entries:
             raise ValueError(f"{next(iter(entries))}: no such table; accepted: {', '.join(rules)}, longest_gap")
@@ -90,8 +104,11 @@ def _rule(name: str, entries: dict[str, Any]) -> CommandRule:
         known[key] = _number(f"{name}.{key}", value)
     if not known["certainty"] <= 1 or not known["release"] <= 1 or known["certainty"] == 0:
         raise ValueError(f"{name}: certainty must be over 0, and certainty and release at most 1")
-    if known["frames"] != int(known["frames"]) or known["frames"] < 1:
-        raise ValueError(f"{name}.frames = {known['frames']}: accepted is a whole number of 1 or more")
-    if name == "go" and known["hold"] < 0.5:
-        raise ValueError(f"go.hold = {known['hold']}: accepted is 0.5 s or more, as the arm moves after it")
-    return CommandRule(**{**known, "frames": int(known["frames"])})
+    for key, least in (("frames", 1), ("misses", 0)):
+        if known[key] != int(known[key]) or known[key] < least:
+            raise ValueError(f"{name}.{key} = {known[key]}: accepted is a whole number of {least} or more")
+    for key, (relation, bound) in SAFE.get(name, {}).items():
+        if known[key] < bound if relation == "at least" else known[key] > bound:
+            reason = "the arm moves after it" if name == "go" else "a stop must not wait"
+            raise ValueError(f"{name}.{key} = {known[key]}: accepted is {relation} {bound}, as {reason}")
+    return CommandRule(**{**known, "frames": int(known["frames"]), "misses": int(known["misses"])})

@@ -9,6 +9,7 @@ from hrcjax.safety.governed import approach_rows, governed, has_direction, unit_
 from hrcjax.safety.governor import approach_speeds, governor, guard, speed_scale
 from hrcjax.safety.least_change import APPROACH_TOLERANCE, UNLIMITED, least_change
 from hrcjax.safety.monitor import (
+    COMMANDED,
     HEAD_NEAR,
     INVALID_FRAME,
     MISSING_DATA,
@@ -58,7 +59,7 @@ from hrcjax.safety.zones import (
 )
 
 __all__ = [
-    "APPROACH_TOLERANCE", "BODY_REGIONS", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "MISSING_DATA", "OLD_DATA", "RED",
+    "APPROACH_TOLERANCE", "BODY_REGIONS", "COMMANDED", "GREEN", "HEAD_NEAR", "INVALID_FRAME", "MISSING_DATA", "OLD_DATA", "RED",
     "STOP", "TOO_CLOSE", "UNLIMITED", "WAITING", "YELLOW", "ZONE_NAMES", "BodyRegion", "ClockParams", "ClockState", "ContactMobility",
     "PflParams", "SafetyDecision", "SafetyParams", "SsmParams", "ZoneParams", "ZoneState", "ZoneThresholds", "advance",
     "allowed_speed", "approach_rows", "approach_speeds", "assumed_human_speed", "between_factor", "contact_mobility",

@@ -29,6 +29,7 @@ TOO_CLOSE = 4
 HEAD_NEAR = 8
 INVALID_FRAME = 16
 WAITING = 32
+COMMANDED = 64
 
 REASONS = {
     OLD_DATA: "person data too old",
@@ -37,8 +38,9 @@ REASONS = {
     HEAD_NEAR: "head near",
     INVALID_FRAME: "sensor frame not valid",
     WAITING: "waiting for the person to stay away",
+    COMMANDED: "stopped by command",
 }
-"""Why the robot is stopped: bit -> words."""
+"""Why the robot is stopped: bit -> words. The last one is the tick's, which reads commands; the monitor never gives it."""
 
 
 class SafetyDecision(eqx.Module):

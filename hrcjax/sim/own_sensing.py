@@ -64,26 +64,30 @@ def tick_images(cell: Cell, rates: tuple[float, ...]) -> tuple[np.ndarray, np.nd
     return stamps[before], cameras[before], times, which
 
 
-def episode_own(params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, sense: SenseParams) -> Episode:
+def episode_own(
+    params: Params, cell: Cell, known: Surveyed, key: PRNGKeyArray, sense: SenseParams, stop: Bool[Array, "time"] | None = None
+) -> Episode:  # fmt: skip
     """Plan a path and follow it beside the person, with images of this very arm.
 
     Args:
         known: the surveyed cell.
         key: random key of the images' noise.
         sense: parameters of sensing.
+        stop: whether a command stops the arm, at every tick; None: commands are not read.
     """
     path, route = plan_route(params, cell, Task(known.scene, known.q_start, params.potential, cell.arm))
     images = ticks_of(cell, known, key)
     state, kept = first_looks(params, cell, known, sense, key)
 
-    def one(carry: tuple[Watch, Kept, TickState], item: TickImage) -> tuple[tuple[Watch, Kept, TickState], Record]:
+    def one(carry: tuple[Watch, Kept, TickState], now: tuple[TickImage, Array | None]) -> tuple[tuple[Watch, Kept, TickState], Record]:  # fmt: skip
         state, kept, arm = carry
+        item, stop = now
         state, kept = look_if_due(params, cell, known, sense, state, kept, arm.arm.q, item)
-        arm, record = tick(params, cell, route, images_in_use(cell, known, kept, item.t), arm)
+        arm, record = tick(params, cell, route, images_in_use(cell, known, kept, item.t, stop), arm)
         return (state, kept, arm), record
 
     start = (state, kept, initial_state(cell, known.q_start))
-    (_, _, final), record = jax.lax.scan(one, start, images)
+    (_, _, final), record = jax.lax.scan(one, start, (images, stop))
     return Episode(path, record, final)
 
 
@@ -189,15 +193,15 @@ def first_looks(
     return jax.lax.scan(before, (state, kept), items)[0]
 
 
-def images_in_use(cell: Cell, known: Surveyed, kept: Kept, t: Scalar) -> Sensed:
-    """What of the images is in use at a time."""
+def images_in_use(cell: Cell, known: Surveyed, kept: Kept, t: Scalar, stop: Bool[Array, ""] | None = None) -> Sensed:
+    """What of the images is in use at a time, and whether a command stops the arm; None: commands are not read."""
     arrived = kept.stamp <= t - cell.latency
     usable = jnp.where(arrived & kept.valid, kept.stamp, -jnp.inf)
     newest, latest = jnp.argmax(usable), jnp.argmax(jnp.where(arrived, kept.stamp, -jnp.inf))
     age = jnp.where(jnp.isfinite(usable[newest]), t - usable[newest], jnp.inf)
     fields = Fields(kept.static, jax.tree.map(lambda a: a[newest], kept.moving))
     guarded = kept.guarded[newest] | kept.guarded[latest]
-    return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest])
+    return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest], stop)
 
 
 def fit_one(params: Params, cell: Cell, frame: Frames) -> tuple[Any, Any]:

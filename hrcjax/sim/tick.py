@@ -13,6 +13,7 @@ from hrcjax.policy import JointLimits, limit_acceleration
 from hrcjax.robot import COVER_MARGIN, ArmState, point_motion
 from hrcjax.safety import (
     APPROACH_TOLERANCE,
+    COMMANDED,
     STOP,
     ClockState,
     SafetyDecision,
@@ -103,7 +104,7 @@ class Record(eqx.Module):
     zone: Int[Array, "*time"]
     """0 green, 1 yellow, 2 red, 3 stop."""
     reasons: Int[Array, "*time"]
-    """Bits of the reasons for a stop; text by `hrcjax.safety.describe`."""
+    """Bits of the reasons for a stop, the monitor's or a command; 0 exactly where the zone is not stop. Text: `hrcjax.safety.describe`."""
     cameras: Int[Array, "*time"]
     """What is wrong with the cameras' latest images: the bits of camera k, `hrcjax.sense.HEALTH_REASONS`, times 256^k."""
     status: Int[Array, "*time"]
@@ -154,10 +155,11 @@ def tick(
         towards_people.distance, approach, room.standing_distance, decision.speed_limit, decision.point_limit, any_limit, *bounds
     )  # fmt: skip
     hold = decision.hold | unread
-    zone = decision.zone
+    zone, reasons = decision.zone, decision.reasons
     if sensed.stop is not None:
         hold = hold | sensed.stop
         zone = jnp.where(sensed.stop, STOP, zone)
+        reasons = reasons | pack({COMMANDED: sensed.stop})
 
     limits = joint_limits(cell, q.dtype)
     arm = ArmMotion(q, qd, tool, body)
@@ -203,7 +205,7 @@ def tick(
         approach=jnp.max(approach),
         speed_limit=decision.speed_limit,
         zone=zone,
-        reasons=decision.reasons,
+        reasons=reasons,
         cameras=sensed.faults,
         status=status,
     )

@@ -13,14 +13,14 @@ from made_hands import made_hand
 from experiments.gestures.__main__ import main
 from experiments.gestures.config import EvaluateConfig, default_commands, default_weights
 from experiments.gestures.data import EDGE, FOLDS, HELD, in_blocks
-from experiments.gestures.measure import by_classifier, false_starts, looked, told
+from experiments.gestures.measure import by_classifier, delays, false_starts, false_stops, looked, told
 from experiments.gestures.page import page
 from experiments.gestures.rows import BARS, definition, holds
 from experiments.gestures.run import evaluate
-from experiments.gestures.stream import KINDS, SHORT, with_commands, without_go
+from experiments.gestures.stream import KINDS, SHORT, flickering, with_commands, without_go
 from experiments.gestures.train import Recipe, fit
 from experiments.gestures.unlike import SCRAMBLED, similarity, turned
-from hrcjax.hand import CLOSED, GO, Classifier, CommandParams, calibration_error
+from hrcjax.hand import CLOSED, GO, OPEN, Classifier, CommandParams, calibration_error
 from hrcjax.io.hand_files import classifier_text, read_classifier, read_commands
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "gestures" / "keypoint.csv"
@@ -107,15 +107,25 @@ def test_the_shipped_table_is_the_default_and_a_short_go_is_refused(tmp_path) ->
     assert jax.tree.leaves(read_commands(default_commands())) == jax.tree.leaves(CommandParams())
     file = tmp_path / "c.toml"
     for text, words in (
-        ("[go]\nhold = 0.2", "0.5 s or more"),
+        ("[go]\nhold = 0.2", "go.hold = 0.2: accepted is at least 0.5, as the arm moves after it"),
+        ("[go]\nloss = 0", "go.loss = 0: accepted is at least 1"),
+        ("[go]\nframes = 1", "go.frames = 1: accepted is at least 2"),
+        ("[go]\nmisses = 3", "go.misses = 3: accepted is at most 0"),
+        ("[go]\ncertainty = 0.1", "go.certainty = 0.1: accepted is at least 0.5"),
+        ("longest_gap = 60", "longest_gap = 60: accepted is from over 0 to 0.5 s"),
+        ("[stop]\nhold = 5", "stop.hold = 5: accepted is at most 0.2, as a stop must not wait"),
+        ("[stop]\nframes = 30", "stop.frames = 30: accepted is at most 3"),
+        ("[stop]\ncertainty = 1", "stop.certainty = 1: accepted is at most 0.9"),
+        ("[stop]\nmisses = 0.5", "whole number of 0 or more"),
         ("[fly]\nhold = 1", "no such table"),
         ("[stop]\nwait = 1", "no such field"),
         ("[stop]\ncertainty = true", "number of 0 or more"),
         ("[stop]\nframes = 1.5", "whole number"),
     ):
         file.write_text(text)
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=words) as raised:
             read_commands(file)
+        assert "\n" not in str(raised.value)
 
 
 def test_a_stream_without_a_go_has_no_long_closed_hand_and_a_wrong_reader_starts_in_it() -> None:
@@ -128,8 +138,14 @@ def test_a_stream_without_a_go_has_no_long_closed_hand_and_a_wrong_reader_starts
     never = lambda x: np.eye(4)[np.full(len(x), 3)]  # noqa: E731
     read = told(never, CommandParams(), stream)
     assert not read.command.any() and read.stopped.all()
+    opened = lambda x: np.eye(4)[np.full(len(x), OPEN)]  # noqa: E731
+    assert false_stops(stream, told(opened, CommandParams(), stream)) >= 1, "its one stop goes on"
+    assert false_stops(stream, read) == 0
     wanted = with_commands(hands, 2, 0)
     assert (told(always, CommandParams(), wanted).command == GO).sum() >= 2
+    rarely = flickering(wanted)
+    assert rarely.seen[rarely.begins[1::2], 0].all() and not rarely.seen[rarely.begins[1::2] + 1].any()
+    assert (delays(rarely, told(opened, CommandParams(), rarely))["open"] * 30 < 3.5).all()
 
 
 def test_errors_are_one_line(tmp_path, capsys) -> None:

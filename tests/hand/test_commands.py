@@ -1,5 +1,6 @@
 """Commands by votes: when each is given, and what never gives one."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -34,7 +35,7 @@ def _scan(probability, seen, dt, stopped):
 
     begin = initial_commands(jnp.dtype("float32"))
     begin = jax.tree.map(lambda a: a, begin)
-    begin = type(begin)(begin.held, begin.row, begin.given, stopped)
+    begin = eqx.tree_at(lambda s: s.stopped, begin, stopped)
     return jax.lax.scan(frame, begin, (probability, seen, dt))[1]
 
 
@@ -62,6 +63,26 @@ def test_an_open_hand_stops_within_two_frames_and_once() -> None:
     command, stands = told([LOST] * 3 + [OPEN] * 10)
     assert np.flatnonzero(command).tolist() == [4] and command[4] == STOP
     assert not stands[:4].any() and stands[4:].all()
+
+
+@pytest.mark.parametrize("missed", [1, 2])
+def test_an_open_hand_that_is_seen_now_and_then_stops_at_its_second_sight_and_once(missed) -> None:
+    command, stands = told(([OPEN] + [LOST] * missed) * 10)
+    assert np.flatnonzero(command).tolist() == [1 + missed] and command[1 + missed] == STOP
+    assert stands[1 + missed :].all() and not stands[: 1 + missed].any()
+
+
+def test_single_sights_of_an_open_hand_far_apart_do_not_stop() -> None:
+    assert not told(([OPEN] + [LOST] * 3) * 10)[0].any()
+    command, _ = told([OPEN] * 3 + [LOST] * 3 + [OPEN] * 3)
+    assert command.tolist() == [0, STOP, 0, 0, 0, 0, 0, STOP, 0], "after its end a stop may be given again"
+
+
+def test_a_closed_hand_may_not_be_missed() -> None:
+    """Only a stop bridges frames without a vote; beside an open hand that flickers nothing starts."""
+    assert not told([CLOSED] * 9 + ([LOST] + [CLOSED] * 9) * 5, stopped=True)[0].any()
+    command, stands = told([CLOSED] * 60, [OPEN, LOST, LOST] * 20, stopped=True)
+    assert GO not in command and stands.all()
 
 
 @pytest.mark.parametrize("rate", [15, 30, 60])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hrcjax.safety import (
+    COMMANDED,
     GREEN,
     HEAD_NEAR,
     INVALID_FRAME,
@@ -203,8 +204,9 @@ def test_words() -> None:
     assert describe(0) == "none"
     assert describe(OLD_DATA) == "person data too old"
     assert describe(TOO_CLOSE | HEAD_NEAR) == "person too close; head near"
-    words = [describe(bit) for bit in (OLD_DATA, MISSING_DATA, TOO_CLOSE, HEAD_NEAR, INVALID_FRAME, WAITING)]
-    assert len(set(words)) == 6 and "none" not in words
+    bits = (OLD_DATA, MISSING_DATA, TOO_CLOSE, HEAD_NEAR, INVALID_FRAME, WAITING, COMMANDED)
+    words = [describe(bit) for bit in bits]
+    assert len(set(words)) == len(bits) and "none" not in words
 
 
 def test_the_robot_has_stopped_before_the_person_arrives(dtype: jnp.dtype) -> None:

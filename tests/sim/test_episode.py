@@ -11,7 +11,7 @@ from straight import straight_route
 from hrcjax.hand import CLOSED, OPEN, CommandParams, initial_commands, update_commands
 from hrcjax.numerics import unrolled_options
 from hrcjax.reference.truth import obstacle_distances, person_distance
-from hrcjax.safety import OLD_DATA, STOP
+from hrcjax.safety import COMMANDED, OLD_DATA, STOP, describe
 from hrcjax.sense import HEALTH_REASONS
 from hrcjax.sim import episode, fit_fields, outcome
 from hrcjax.sim.episode import follow, pack_cameras
@@ -176,4 +176,8 @@ def test_an_open_hand_stops_the_arm_and_a_closed_one_lets_it_go_on(float_params,
     assert travelled[again] - travelled[go] > 1e-2
     np.testing.assert_array_equal(np.asarray(led.status) & STOP_COMMANDED > 0, stop)
     assert (np.asarray(led.zone)[stop] == STOP).all() and not (np.asarray(free.status) & STOP_COMMANDED).any()
+    for one in (led, free, nothing):
+        np.testing.assert_array_equal(np.asarray(one.reasons) != 0, np.asarray(one.zone) == STOP)
+    np.testing.assert_array_equal(np.asarray(led.reasons) & COMMANDED > 0, stop)
+    assert describe(int(led.reasons[-1])) == "stopped by command"
     np.testing.assert_allclose(nothing.q, free.q, atol=1e-4)

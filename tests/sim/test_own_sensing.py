@@ -12,6 +12,7 @@ from straight import straight_plan
 
 from hrcjax.numerics import unrolled_options
 from hrcjax.plan import PathParams
+from hrcjax.safety import COMMANDED, STOP
 from hrcjax.sense import one_fault
 from hrcjax.sense.faults import DROPPED
 from hrcjax.sense.rig import cell_rig
@@ -48,10 +49,13 @@ def known(cell, scene, appears):
 def run(cell):
     straight = replace(cell, plan=straight_plan)
 
-    def episode(known):
-        return episode_own(Params(plan=PathParams()), straight, known, jax.random.key(1), SenseParams()).record
+    def episode(known, stop=None):
+        params = Params(plan=PathParams())
+        return episode_own(params, straight, known, jax.random.key(1), SenseParams(), stop).record
 
-    return jax.jit(episode, compiler_options=unrolled_options())
+    compiled = jax.jit(episode, compiler_options=unrolled_options())
+    # one program for all tests: a command that never stops changes nothing
+    return lambda known, stop=None: compiled(known, jnp.zeros(cell.ticks, bool) if stop is None else jnp.asarray(stop))
 
 
 @pytest.fixture(scope="module")
@@ -97,3 +101,16 @@ def test_the_arm_in_the_images_is_this_one(cell, known, run) -> None:
     record = run(alone)
     assert np.abs(np.asarray(record.qd)).max() > 0.05
     assert np.asarray(record.separation).min() > 5.0
+
+
+def test_a_command_stops_the_arm(cell, known, run) -> None:
+    """Nobody is near: the arm moves, stands while the command says so, and goes on."""
+    alone = eqx.tree_at(lambda k: (k.stage.person.a, k.stage.person.b), known, replace_fn=lambda a: a + 50.0)
+    ticks = np.arange(cell.ticks)
+    stop = (ticks >= 20) & (ticks < 40)
+    record = run(alone, stop)
+    speed = np.abs(np.asarray(record.qd)).max(axis=1)
+    assert speed[15:20].min() > 0.05 and speed[30:40].max() < 1e-3 and speed[-1] > 0.02
+    zone, reasons = np.asarray(record.zone), np.asarray(record.reasons)
+    np.testing.assert_array_equal(reasons & COMMANDED > 0, stop)
+    np.testing.assert_array_equal(reasons != 0, zone == STOP)
