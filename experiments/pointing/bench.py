@@ -26,8 +26,9 @@ from hrcjax.typing import Array, DistanceFn
 from hrcjax.world import Scene, obstacle_distances, scene_distance, scene_named
 from hrcjax.world.scene import table_solid
 
+from .bound import bound_errors
 from .trials import Trials, draw_trials, number_of
-from .watch import WATCHES, Watched, watch_trials
+from .watch import RATE, WATCHES, Watched, watch_trials
 
 LAYOUT = MapLayout(
     lower=(-2.0, -2.0, -0.05), shape=(40, 40, 14), spacing=0.025, capacity=1024, levels=3, seen=768, born=512, refitted=384
@@ -58,6 +59,8 @@ class Found(NamedTuple):
     exact: Pointed
     true: Pointed
     """Of the true line."""
+    marks: Pointed
+    """Of the line by the landmarks alone."""
     world: Pointed
     """Of the line by the detector's model in space."""
     tool: ToolPlace
@@ -113,7 +116,7 @@ class Bench:
         numbers = [jnp.asarray(a, jnp.float32) for a in (trials.line, trials.wrist, trials.velocity, trials.size)]
         keys = jax.random.split(jax.random.key(1000 * seed + number_of(kind)), count)
         shared = 0.0 if kind == "fresh" else self.shared
-        params = PointingParams(shared=shared)
+        params = PointingParams()
 
         def some(rows: NDArray) -> tuple[Watched, Found]:
             body, own, own_keys, true = jax.tree.map(
@@ -123,12 +126,27 @@ class Bench:
                 WATCHES[kind], known.cameras, known.scene, body, *own, own_keys, jnp.float32(self.pixel),
                 jnp.float32(shared), params,
             )  # fmt: skip
-            return watched, _find(known.map, known.scene, watched.line, watched.world, true, params)
+            return watched, _find(known.map, known.scene, watched.line, watched.marks, watched.world, true, params)
 
         watched, found = in_chunks(some, count)
-        return _arrays(trials, watched, found, known.scene) | {
+        arrays = _arrays(trials, watched, found, known.scene)
+        return arrays | self._bounds(kind, known.cameras, arrays) | {
             "verdict": self._verdicts(found.tool), "verdict_true": self._verdicts(found.tool_true)
         }  # fmt: skip
+
+    def _bounds(self, kind: str, cameras: Camera, arrays: Mapping[str, NDArray]) -> dict[str, NDArray]:
+        """(trial draw) Least errors of the places of fingers [m]."""
+        if kind != "finger":
+            return {}
+        rows = list(zip(arrays["line"], arrays["place"], arrays["normal_true"], strict=True))
+        images = round(PointingParams().dwell * RATE)
+
+        def of(depths: bool) -> NDArray:
+            return np.array([
+                bound_errors(cameras, *row, self.pixel, self.shared, images, depths, k) for k, row in enumerate(rows)
+            ])  # fmt: skip
+
+        return {"bound_marks": of(False), "bound_depths": of(True)}
 
     def _verdicts(self, places: ToolPlace) -> NDArray:
         """(trial) Why each place is refused; 0: it is not."""
@@ -152,7 +170,9 @@ def true_line(trials: Trials) -> Line:
 
 
 @jax.jit
-def _find(map: FieldMap, scene: Scene, lines: Line, world: Line, true: Line, params: PointingParams) -> Found:
+def _find(
+    map: FieldMap, scene: Scene, lines: Line, marks: Line, world: Line, true: Line, params: PointingParams
+) -> Found:
     sensed = distance_function(LAYOUT, map.levels, SENSE.frame.map.ratio)
     exact = partial(scene_distance, scene)
 
@@ -162,13 +182,13 @@ def _find(map: FieldMap, scene: Scene, lines: Line, world: Line, true: Line, par
         found = jax.lax.map(lambda line: pointed_place(params, line, distance), stacked)
         return [jax.tree.map(lambda a, k=k: a[k], found) for k in range(len(lines))]
 
-    def one(line: Line, world: Line, true: Line) -> Found:
-        found, ideal, model = places(sensed, line, true, world)
+    def one(line: Line, marks: Line, world: Line, true: Line) -> Found:
+        found, ideal, plain, model = places(sensed, line, true, marks, world)
         by_shapes, truth = places(exact, line, true)
         tools = tool_place(PlaceParams(), found, sensed), tool_place(PlaceParams(), truth, exact)
-        return Found(found, by_shapes, ideal, model, *tools)
+        return Found(found, by_shapes, ideal, plain, model, *tools)
 
-    return jax.lax.map(lambda item: one(*item), (lines, world, true))
+    return jax.lax.map(lambda item: one(*item), (lines, marks, world, true))
 
 
 @jax.jit
@@ -191,8 +211,9 @@ def _arrays(trials: Trials, watched: Watched, found: Found, scene: Scene) -> dic
         "place": trials.place, "way": trials.way, "direction": trials.direction, "line": trials.line, "hand": trials.hand,
         "velocity": trials.velocity, "chosen": watched.chosen, "time": watched.time, "tip_found": watched.line.tip,
         "direction_found": watched.line.direction, "line_covariance": watched.line.covariance,
+        "direction_marks": watched.marks.direction, "shoulder": trials.shoulder, "wrist": trials.wrist,
     }  # fmt: skip
-    for name in ("map", "exact", "true", "world"):
+    for name in ("map", "exact", "true", "marks", "world"):
         pointed: Pointed = getattr(found, name)
         arrays |= {f"{name}_place": pointed.place, f"{name}_found": pointed.found, f"{name}_covariance": pointed.covariance}  # fmt: skip
     arrays |= {"solid": solids(scene, trials.place), "solid_found": solids(scene, found.map.place)}

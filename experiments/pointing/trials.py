@@ -59,6 +59,8 @@ class Trials(NamedTuple):
     """(trial landmark 3) the landmarks of the line, from base to tip [m]."""
     wrist: NDArray
     """(trial 3) [m]."""
+    shoulder: NDArray
+    """(trial 3) of the arm that points [m]."""
     hand: NDArray
     """(trial 21 3) landmarks of the hand [m]."""
     direction: NDArray
@@ -299,4 +301,4 @@ def _joined(kind: str, kept: list[tuple[_Drawn, NDArray, NDArray, NDArray]], ran
         turn, speed = random.uniform(0, 2 * np.pi, len(u)), random.uniform(*SPEEDS, len(u))
         velocity = speed[:, None] * np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=-1)
     places, ways = (np.concatenate([entry[k][entry[1]] for entry in kept]) for k in (2, 3))
-    return Trials(body, line, wrist, hand.landmarks, u, places, ways, velocity, size)
+    return Trials(body, line, wrist, shoulder, hand.landmarks, u, places, ways, velocity, size)

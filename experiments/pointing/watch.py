@@ -8,10 +8,12 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.geom.capsules import Capsules
-from hrcjax.hand import Line, PointingParams, held_line, initial_pointing, update_pointing
+from hrcjax.hand import Line, PointingParams, PointingState, held_line, held_points, initial_pointing, update_pointing
+from hrcjax.numerics import safe_norm
 from hrcjax.sense import NoiseParams
 from hrcjax.sense.camera import Camera, render_capsules, render_scene
-from hrcjax.sense.landmark_points import LandmarkParams, locate_landmarks
+from hrcjax.sense.finger_axis import FingerParams, Seen, finger_line, still_depth
+from hrcjax.sense.landmark_points import LandmarkParams, Located, locate_landmarks
 from hrcjax.sense.noise import measure
 from hrcjax.typing import Array, Float, PRNGKeyArray, Vector3
 from hrcjax.world import Scene
@@ -36,19 +38,21 @@ class Watch(NamedTuple):
     size: tuple[int, int]
     """Columns and rows about the landmarks that are rendered; what lies outside plays no part [px]."""
     moving: bool
+    finger: bool
+    """Whether the line is that of a finger, whose pixels are looked at."""
     below: tuple[float, ...]
     """How far each landmark of the line is below the skin [m]."""
     depth_error: tuple[float, ...]
     """How badly that is known [m]."""
 
 
-FINGER_WATCH = Watch(12, (128, 112), False, (0.007,) * 4, (0.004,) * 4)
+FINGER_WATCH = Watch(12, (128, 112), False, True, (0.007,) * 4, (0.004,) * 4)
 WATCHES = {
     "tip": FINGER_WATCH,
     "finger": FINGER_WATCH,
     "fresh": FINGER_WATCH,
     "away": FINGER_WATCH,
-    "arm": Watch(12, (224, 208), False, (ARM_RADII["upper arm"], ARM_RADII["forearm"]), (0.02, 0.01)),
+    "arm": Watch(12, (224, 208), False, False, (ARM_RADII["upper arm"], ARM_RADII["forearm"]), (0.02, 0.01)),
     "through": FINGER_WATCH._replace(images=24, size=(96, 80), moving=True),
 }
 """Kind of trial -> how it is watched."""
@@ -58,6 +62,8 @@ class Watched(NamedTuple):
     """What the images of a trial say when the line has first been held; else of the last one."""
 
     line: Line
+    marks: Line
+    """By the landmarks alone."""
     world: Line
     """The same by the detector's model in space."""
     chosen: Array
@@ -87,19 +93,16 @@ def cropped(cameras: Camera, corner: Float[Array, "camera 2"], size: tuple[int, 
     return jax.vmap(one)(cameras, corner)
 
 
-def located(cameras: Camera, images: Array, pixels: Array, watch: Watch, pixel: Array, noise: NoiseParams) -> tuple[Array, Array]:  # fmt: skip
-    """Landmarks in space, each as far below the skin as it is [m], and their information [1/m^2]."""
-    points, information = [], []
+def located(cameras: Camera, images: Array, pixels: Array, watch: Watch, pixel: Array, shared: Array, noise: NoiseParams) -> Located:  # fmt: skip
+    """Landmarks in space, each as far below the skin as it is."""
+    parts, order = [], []
     for kind in sorted(set(zip(watch.below, watch.depth_error, strict=True))):
         rows = [k for k, own in enumerate(zip(watch.below, watch.depth_error, strict=True)) if own == kind]
-        params = eqx.tree_at(lambda p: p.pixel, LandmarkParams(below=kind[0], depth_error=kind[1]), pixel)
-        found = locate_landmarks(cameras, images, pixels[:, jnp.asarray(rows)], jnp.ones(2, bool), params, noise)
-        points.append((rows, found[0]))
-        information.append((rows, found[1]))
-    order = [row for rows, _ in points for row in rows]
+        params = eqx.tree_at(lambda p: (p.pixel, p.shared), LandmarkParams(below=kind[0], depth_error=kind[1]), (pixel, shared))  # fmt: skip
+        parts.append(locate_landmarks(cameras, images, pixels[:, jnp.asarray(rows)], jnp.ones(2, bool), params, noise))
+        order += rows
     back = jnp.asarray([order.index(k) for k in range(len(order))])
-    joined = [jnp.concatenate([a for _, a in found])[back] for found in (points, information)]
-    return joined[0], joined[1]
+    return jax.tree.map(lambda *a: jnp.concatenate(a)[back], *parts)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -138,7 +141,7 @@ def _trial(
     same = jax.random.normal(pixels_key, (2, count + 1, 2), dtype)
     world_same = jax.random.normal(world_key, (count, 3), dtype)
     deviation = WORLD_ERROR * PALM_SIZE * size / 3**0.5
-    plain = eqx.tree_at(lambda p: p.still, params, STAYS_ANYHOW)
+    plain = eqx.tree_at(lambda p: (p.still, p.drift), params, (STAYS_ANYHOW, STAYS_ANYHOW))
     middle = (watch.images - 1) / 2
 
     def mixed(same: Array, own: Array) -> Array:
@@ -160,31 +163,68 @@ def _trial(
 
     still = None if watch.moving else look(jnp.zeros((), dtype))
 
-    def step(known: tuple, item: tuple) -> tuple[tuple, None]:
+    def step(known: tuple, item: tuple) -> tuple[tuple, tuple]:
         state, world, held, held_world, chosen, time = known
         k, key = item
         whole, corner, crop, exact = look(k) if still is None else still
         key_u, key_w, *key_z = jax.random.split(key, 4)
-        spread = pixel * noise.focal / COLOUR_FOCAL
+        spread = spread_of(pixel, noise)
         found = whole + spread * mixed(same, jax.random.normal(key_u, same.shape, dtype))
         limit = jnp.asarray([cameras.width - 1, cameras.height - 1], dtype)
         inside = jnp.all((found >= 0) & (found <= limit), axis=-1, keepdims=True)
         found = jnp.where(inside, found - corner[:, None], jnp.nan)
         images = jax.vmap(lambda z, camera, key: measure(z, camera, key, noise))(exact, crop, jnp.stack(key_z))
-        points, information = located(crop, images, found[:, :count], watch, pixel * noise.focal / COLOUR_FOCAL, noise)
-        state, done = update_pointing(params, state, points, information, True, 1 / RATE)
+        marks = located(crop, images, found[:, :count], watch, spread, shared, noise)
+        state, done = update_pointing(params, state, *marks, True, 1 / RATE)
         root = eqx.tree_at(lambda p: p.pixel, LandmarkParams(), spread)
-        at, _ = locate_landmarks(crop, images, found[:, count:], jnp.asarray([True, False]), root, noise)
+        at = locate_landmarks(crop, images, found[:, count:], jnp.asarray([True, False]), root, noise).point
         shape = line - wrist + deviation * mixed(world_same, jax.random.normal(key_w, world_same.shape, dtype))
         known_by = jnp.broadcast_to(jnp.eye(3, dtype=dtype) / deviation**2, (count, 3, 3))
-        world, _ = update_pointing(plain, world, at + shape, known_by, True, 1 / RATE)
+        world, _ = update_pointing(
+            plain, world, at + shape, known_by, shared * jnp.linalg.inv(known_by), True, 1 / RATE
+        )
         keep = lambda old, new: jnp.where(chosen, old, new)  # noqa: E731
         held, held_world = (jax.tree.map(keep, *pair) for pair in ((held, state), (held_world, world)))
         time = keep(time, (k + 1) / RATE)
-        return (state, world, held, held_world, chosen | done, time), None
+        return (state, world, held, held_world, chosen | done, time), (images, found[:, :count])
 
     empty = initial_pointing(count, dtype)
     begin = (empty, empty, empty, empty, jnp.zeros((), bool), jnp.zeros((), dtype))
     keys = jax.random.split(own_key, watch.images)
-    (_, _, held, held_world, chosen, time), _ = jax.lax.scan(step, begin, (jnp.arange(watch.images, dtype=dtype), keys))
-    return Watched(held_line(params, held), held_line(params, held_world), chosen, time)
+    (_, _, held, held_world, chosen, time), shown = jax.lax.scan(step, begin, (jnp.arange(watch.images, dtype=dtype), keys))  # fmt: skip
+    line = marks_line = held_line(held)
+    if watch.finger:
+        at = (jnp.arange(watch.images, dtype=dtype) + 1) / RATE
+        used = (at >= time - params.dwell - 1e-3) & (at <= time + 1e-3)
+        depth, found = shown
+        crop = look((watch.images - 1) * jnp.ones((), dtype))[2] if still is None else still[2]
+        line = seen_line(crop, depth, found, used, held, marks_line, spread_of(pixel, noise), shared)
+    return Watched(line, marks_line, held_line(held_world), chosen, time)
+
+
+def spread_of(pixel: Array, noise: NoiseParams) -> Array:
+    """Standard deviation of a landmark in a depth image [px], from that in a colour image [px]."""
+    return pixel * noise.focal / COLOUR_FOCAL
+
+
+def seen_line(
+    cameras: Camera, images: Array, pixels: Array, used: Array, held: PointingState, start: Line, spread: Array, shared: Array
+) -> Line:  # fmt: skip
+    """The line of a finger by its pixels in the images that are used; hardly any landmark: the line by landmarks.
+
+    Args:
+        images: (image camera row column) [m].
+        pixels: (image camera landmark 2).
+        start: by the landmarks alone.
+        spread: standard deviation of a landmark in them [px].
+        shared: share of its variance that is the same in all images [1].
+    """
+    depth, count = still_depth(images, used)
+    there = used[:, None, None] & jnp.all(jnp.isfinite(pixels), axis=-1)
+    n = jnp.sum(there, axis=0)
+    mean = jnp.sum(jnp.where(there[..., None], pixels, 0), axis=0) / jnp.maximum(n, 1)[..., None]
+    mean = jnp.where(n[..., None] > 0, mean, jnp.nan)
+    known = spread * jnp.sqrt(shared + (1 - shared) / jnp.maximum(jnp.sum(used), 1))
+    ends = held_points(held)
+    seen = Seen(mean, jnp.broadcast_to(known, (2,)), jnp.ones(2, bool), depth, count)
+    return finger_line(cameras, seen, start, safe_norm(ends[-1] - ends[0]), FingerParams())

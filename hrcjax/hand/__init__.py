@@ -33,9 +33,12 @@ from hrcjax.hand.pointing import (
     Pointed,
     PointingParams,
     PointingState,
+    drifts,
+    held_covariances,
     held_line,
     held_points,
     initial_pointing,
+    line_along,
     pointed_place,
     spread,
     update_pointing,
@@ -44,7 +47,7 @@ from hrcjax.hand.pointing import (
 __all__ = [
     "BONES", "CLOSED", "COMMANDS", "FINGERS", "GESTURES", "GO", "HOME", "LANDMARKS", "NONE", "NO_COMMAND", "OPEN", "PALM",
     "POINT", "POINTING", "STOP", "WRIST", "Classifier", "CommandParams", "CommandRule", "CommandState", "Line", "Pointed",
-    "PointingParams", "PointingState", "calibration_error", "extended_fingers", "frame_votes", "held_line", "held_points",
-    "initial_commands", "initial_pointing", "pair_distances", "pointed_place", "rule_gesture", "spread", "update_commands",
+    "PointingParams", "PointingState", "calibration_error", "drifts", "extended_fingers", "frame_votes", "held_covariances", "held_line", "held_points",
+    "initial_commands", "initial_pointing", "line_along", "pair_distances", "pointed_place", "rule_gesture", "spread", "update_commands",
     "update_pointing",
 ]  # fmt: skip

@@ -6,9 +6,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.geom.sphere_trace import sphere_trace
+from hrcjax.geom.sphere_trace import STEEPEST, sphere_trace
 from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt, solve_spd
 from hrcjax.typing import Array, Bool, DistanceFn, Float, Matrix3, Scalar, Vector3
+
+NEIGHBOURS = 1.5
+"""Standard deviations from a line to those about it whose places tell how well its own is known [1]."""
+ARM = 1.0
+"""A turn by one radian counts as this way where main axes of a line's covariance are looked for [m]."""
 
 
 class PointingParams(eqx.Module):
@@ -18,27 +23,41 @@ class PointingParams(eqx.Module):
     """How long the landmarks must stay [s]."""
     still: float = 0.03
     """They stay if none is farther than this, and three standard deviations of an image, from its mean [m]."""
+    drift: float = 0.03
+    """They may move on as fast as this, and two standard deviations, over the dwell: an arm that is held still wanders slower [m/s]."""
+    turn: float = 0.15
+    """And the line may turn as fast as this, and two standard deviations [rad/s]."""
     gap: float = 0.15
     """For so long the hand may be lost without the time beginning anew [s]."""
-    shared: float = 0.3
-    """Share of a landmark's variance that is the same in all images, so that no mean lessens it [1]."""
     touch: float = 0.04
     """A tip nearer to a surface than this touches it: the place is beside the tip, and not along the finger [m]."""
     far: float = 3.0
     """The longest way from the tip to a place [m]."""
     tolerance: float = 0.012
     """A distance to a surface that counts as met: the field of a map does not fall to 0 at a surface [m]."""
+    surface: float = 0.004
+    """Standard deviation of a surface along its normal, of which the distance is a field of noisy points [m]."""
 
 
 class PointingState(eqx.Module):
-    """What is known of a line that is being held."""
+    """What is known of landmarks that are being held: sums over images, older ones less."""
 
     information: Float[Array, "landmark 3 3"]
-    """Sum over images, older ones less [1/m^2]."""
+    """[1/m^2]"""
     weighted: Float[Array, "landmark 3"]
-    """Sum of information times point [1/m]."""
+    """Information times point [1/m]."""
+    common: Float[Array, "landmark 3 3"]
+    """Covariance that is the same in all images [m^2]."""
+    own: Float[Array, "landmark"]
+    """Trace of the other part of the covariance [m^2]."""
     images: Float[Array, ""]
     """How many count [1]."""
+    age: Float[Array, "2"]
+    """Their ages [s], and the squares of these [s^2]."""
+    points: Float[Array, "landmark 3"]
+    """The points [m]."""
+    aged: Float[Array, "landmark 3"]
+    """Age times point [m s]."""
     held: Float[Array, ""]
     """For how long the landmarks have stayed [s]."""
     lost: Float[Array, ""]
@@ -71,15 +90,24 @@ class Pointed(NamedTuple):
 
 def initial_pointing(landmarks: int, dtype: jnp.dtype | type = jnp.float32) -> PointingState:
     """Nobody points."""
-    zero = jnp.zeros((), dtype)
-    return PointingState(jnp.zeros((landmarks, 3, 3), dtype), jnp.zeros((landmarks, 3), dtype), zero, zero, zero)
+    zero, one, three = jnp.zeros((), dtype), jnp.zeros((landmarks, 3), dtype), jnp.zeros((landmarks, 3, 3), dtype)
+    return PointingState(three, one, three, one[:, 0], zero, jnp.zeros(2, dtype), one, one, zero, zero)
 
 
 def held_points(state: PointingState) -> Float[Array, "landmark 3"]:
     """Means of the landmarks by their information [m]; 0 where there is none."""
+    return jax.vmap(solve_spd)(_known(state), state.weighted)
+
+
+def held_covariances(state: PointingState) -> Float[Array, "landmark 3 3"]:
+    """Covariances of the means [m^2]: what is common to all images stays, the rest falls with their number."""
+    n = jnp.maximum(state.images, 1.0)
+    return jnp.linalg.inv(_known(state)) + (1.0 - 1.0 / n) * state.common / n
+
+
+def _known(state: PointingState) -> Float[Array, "landmark 3 3"]:
     empty = jnp.trace(state.information, axis1=-2, axis2=-1) <= 0
-    safe = jnp.where(empty[:, None, None], jnp.eye(3, dtype=state.weighted.dtype), state.information)
-    return jax.vmap(solve_spd)(safe, state.weighted)
+    return jnp.where(empty[:, None, None], jnp.eye(3, dtype=state.weighted.dtype), state.information)
 
 
 def update_pointing(
@@ -87,84 +115,139 @@ def update_pointing(
     state: PointingState,
     points: Float[Array, "landmark 3"],
     information: Float[Array, "landmark 3 3"],
+    common: Float[Array, "landmark 3 3"],
     pointing: Bool[Array, ""] | bool,
     dt: Scalar,
 ) -> tuple[PointingState, Bool[Array, ""]]:
     """Takes the landmarks of one image. A landmark that leaves its mean, or a loss for longer than `gap`, begins anew.
 
-    Older images fade with the time `dwell`, so that a hand that settles is not held by where it was.
+    Older images fade with the time `dwell`, so that a hand that settles is not held by where it was. Landmarks that wander on
+    (`drifts`) are not held, however long they have been near their mean.
 
     Args:
         points: of the line, from its base to its tip [m]. What is not finite counts as nobody pointing.
         information: of each [1/m^2].
+        common: part of the covariance of each that is the same in all images [m^2].
         pointing: whether the hand makes the gesture; always for an arm.
         dt: time since the last image [s].
 
     Returns:
         the state, and whether the line has been held for `dwell` in this image.
     """
-    pointing = jnp.asarray(pointing) & jnp.all(jnp.isfinite(points)) & jnp.all(jnp.isfinite(information))
-    points, information = jnp.where(pointing, points, 0), jnp.where(pointing, information, 0)
+    finite = [jnp.all(jnp.isfinite(x)) for x in (points, information, common)]
+    pointing = jnp.asarray(pointing) & finite[0] & finite[1] & finite[2]
+    points, information, common = (jnp.where(pointing, x, 0) for x in (points, information, common))
     away = safe_norm(points - held_points(state))
-    known = jnp.where(pointing, information, jnp.eye(3, dtype=points.dtype))
-    variance = jnp.trace(jax.vmap(lambda one: jnp.linalg.inv(one))(known), axis1=-2, axis2=-1)
+    covariance = jnp.linalg.inv(jnp.where(pointing, information, jnp.eye(3, dtype=points.dtype)))
+    variance = jnp.trace(covariance, axis1=-2, axis2=-1)
     stays = (state.images > 0) & jnp.all(away <= params.still + 3.0 * safe_sqrt(variance))
     lost = jnp.where(pointing, 0.0, state.lost + dt)
     keep = jnp.where(pointing, stays, lost <= params.gap)
     fade = jnp.where(keep, jnp.where(pointing, 1.0 - jnp.minimum(dt / params.dwell, 1.0), 1.0), 0.0)
-    weighted = jnp.einsum("kij,kj->ki", information, points)
+    new = pointing.astype(points.dtype)
+    own = jnp.where(pointing, jnp.maximum(variance - jnp.trace(common, axis1=-2, axis2=-1), 0.0), 0.0)
     held = jnp.where(keep, state.held + jnp.where(pointing, dt, 0.0), 0.0)
+    age, count = state.age, state.images
     state = PointingState(
         fade * state.information + information,
-        fade * state.weighted + weighted,
-        fade * state.images + pointing.astype(state.images.dtype),
+        fade * state.weighted + jnp.einsum("kij,kj->ki", information, points),
+        fade * state.common + common,
+        fade * state.own + own,
+        fade * count + new,
+        fade * jnp.stack([age[0] + dt * count, age[1] + 2 * dt * age[0] + dt * dt * count]),
+        fade * state.points + points,
+        fade * (state.aged + dt * state.points),
         held,
         lost,
     )
-    return state, pointing & (held + 1e-6 >= params.dwell)
+    return state, pointing & (held + 1e-6 >= params.dwell) & ~drifts(params, state)
 
 
-def held_line(params: PointingParams, state: PointingState) -> Line:
+def drifts(params: PointingParams, state: PointingState) -> Bool[Array, ""]:
+    """Whether the landmarks wander, or their line turns, faster than allowed and than noise would have it.
+
+    The velocity of each landmark is the slope of its places over time; that of their mean and that of the tip about the base are
+    compared with two standard deviations, by the part of the errors that is new in every image.
+    """
+    n = jnp.maximum(state.images, 1.0)
+    mean_age = state.age[0] / n
+    spread_age = jnp.maximum(state.age[1] - n * mean_age**2, 0.0)  # sum of squares about the mean [s^2]
+    velocity = safe_divide(mean_age * state.points - state.aged, spread_age)
+    variance = safe_divide(state.own / n, spread_age)
+    moved, turned = jnp.mean(velocity, axis=0), velocity[-1] - velocity[0]
+    length = safe_norm((state.points[-1] - state.points[0]) / n)
+    slow = safe_norm(moved) <= params.drift + 2.0 * safe_sqrt(jnp.mean(variance) / len(variance))
+    steady = safe_norm(turned) <= params.turn * length + 2.0 * safe_sqrt(variance[0] + variance[-1])
+    return ~(slow & steady)
+
+
+def held_line(state: PointingState) -> Line:
     """The line through the landmarks that are held, by weighted least squares: p_k = tip - s_k u.
 
-    s_k is the distance of landmark k from the last one, the tip. Errors that all images share stay in the covariance.
+    s_k is the distance of landmark k from the last one, the tip.
     """
     points = held_points(state)
     dtype = points.dtype
     s = safe_norm(points - points[-1])
     eye = jnp.eye(3, dtype=dtype)
-    # part of the variance falls with the images, the rest does not
-    loss = 1.0 / ((1.0 - params.shared) + params.shared * jnp.maximum(state.images, 1.0))
+    known = jnp.linalg.inv(held_covariances(state))
     H = jnp.concatenate([jnp.broadcast_to(eye, (len(s), 3, 3)), -s[:, None, None] * eye], axis=-1)
-    N = jnp.einsum("kai,kab,kbj->ij", H, state.information, H) + 1e-6 * jnp.eye(6, dtype=dtype)
-    tip, along = jnp.split(jnp.linalg.solve(N, jnp.einsum("kai,ka->i", H, state.weighted)), 2)
+    N = jnp.einsum("kai,kab,kbj->ij", H, known, H) + 1e-6 * jnp.eye(6, dtype=dtype)
+    tip, along = jnp.split(jnp.linalg.solve(N, jnp.einsum("kai,kab,kb->i", H, known, points)), 2)
+    return line_along(tip, along, jnp.linalg.inv(N))
+
+
+def line_along(tip: Vector3, along: Vector3, covariance: Float[Array, "6 6"]) -> Line:
+    """A line of any direction `along`, with the covariance of both, as one of a direction of length 1."""
     length = safe_norm(along)
     u = safe_divide(along, length)
+    eye = jnp.eye(3, dtype=u.dtype)
     flat = safe_divide(eye - jnp.outer(u, u), length)  # of normalising
-    J = jnp.zeros((6, 6), dtype).at[:3, :3].set(eye).at[3:, 3:].set(flat)
-    return Line(tip, u, J @ jnp.linalg.inv(N) @ J.T / loss)
+    J = jnp.zeros((6, 6), u.dtype).at[:3, :3].set(eye).at[3:, 3:].set(flat)
+    return Line(tip, u, J @ covariance @ J.T)
 
 
 def pointed_place(params: PointingParams, line: Line, distance: DistanceFn) -> Pointed:
     """The place on a surface that a line points at: beside the tip where it touches, else the first along the line.
 
-    The covariance is the line's, by the derivative of the place; at a grazing ray it is large.
+    The covariance along a line is that of places of lines about it, `NEIGHBOURS` standard deviations to each side along its main
+    axes (the unscented transform of Julier and Uhlmann): it is large at a grazing ray, and where the line may miss the edge of what it meets.
 
     Args:
         distance: to everything that stands, without the hand itself [m].
     """
-    near = distance(line.tip)
-    touched = near <= params.touch
+    d, gradient = jax.value_and_grad(distance)(line.tip)
+    touched = d <= params.touch
+    eye = jnp.eye(3, dtype=line.tip.dtype)
+    off = safe_divide(gradient, safe_norm(gradient))
+    beside, flat = line.tip - d * off, eye - jnp.outer(off, gradient)
 
-    def place(tip: Vector3, direction: Vector3) -> tuple[Vector3, Array]:
-        d, gradient = jax.value_and_grad(distance)(tip)
-        beside = tip - d * jax.lax.stop_gradient(safe_divide(gradient, safe_norm(gradient)))
-        hit = sphere_trace(distance, tip, direction, params.far, params.tolerance)
-        return jnp.where(touched, beside, hit.point), hit.found
+    moves = _main_axes(line)
+    lines = jnp.concatenate([jnp.zeros((1, 6), moves.dtype), NEIGHBOURS * moves, -NEIGHBOURS * moves])
+    towards = line.direction + lines[:, 3:]
+    towards = safe_divide(towards, safe_norm(towards)[:, None])
+    hits = jax.vmap(sphere_trace, in_axes=(None, 0, 0, None, None))(
+        distance, line.tip + lines[:, :3], towards, params.far, params.tolerance
+    )
+    apart = hits.point[1:] - hits.point[0]
+    there = jax.grad(distance)(hits.point[0])
+    slant = jnp.maximum(jnp.abs(safe_divide(there, safe_norm(there)) @ line.direction), STEEPEST)
 
-    at, found = place(line.tip, line.direction)
-    J = jnp.concatenate(jax.jacfwd(lambda *way: place(*way)[0], argnums=(0, 1))(line.tip, line.direction), axis=-1)
-    return Pointed(at, J @ line.covariance @ J.T, jnp.isfinite(near) & (touched | found), touched)
+    place = jnp.where(touched, beside, hits.point[0])
+    covariance = jnp.where(touched, flat @ line.covariance[:3, :3] @ flat.T, apart.T @ apart / (2 * NEIGHBOURS**2))
+    surface = params.surface * jnp.where(touched, off, line.direction / slant)
+    found = jnp.isfinite(d) & (touched | hits.found[0])
+    return Pointed(place, covariance + jnp.outer(surface, surface), found, touched)
+
+
+def _main_axes(line: Line) -> Float[Array, "4 6"]:
+    """Moves of tip and direction by one standard deviation along the main axes of their covariance, but for those along the line."""
+    u = line.direction
+    across = jnp.eye(3, dtype=u.dtype) - jnp.outer(u, u)
+    P = jnp.zeros((6, 6), u.dtype).at[:3, :3].set(across).at[3:, 3:].set(across)
+    scale = jnp.asarray([1.0, 1.0, 1.0, *(ARM,) * 3], u.dtype)  # both in metres
+    values, axes = jnp.linalg.eigh(scale[:, None] * (P @ line.covariance @ P.T) * scale)
+    return (safe_sqrt(jnp.maximum(values[-4:], 0.0)) * axes[:, -4:] / scale[:, None]).T
 
 
 def spread(covariance: Float[Array, "n n"]) -> Float[Array, ""]:

@@ -22,6 +22,8 @@ class LandmarkParams(eqx.Module):
 
     pixel: float = 2.5
     """Standard deviation of a landmark along each axis of the image, at full resolution [px]."""
+    shared: float = 0.3
+    """Share of its variance that is the same in all images of a hand that is held, so that no mean lessens it [1]."""
     window: int = eqx.field(static=True, default=3)
     """Pixels to each side of a landmark among which depth is read."""
     front: float = 0.02
@@ -31,7 +33,7 @@ class LandmarkParams(eqx.Module):
     doubt: float = 0.03
     """Differences of depth over this weigh little: something else was seen there [m]."""
     depth_error: float = 0.004
-    """Standard deviation of depth besides the camera's noise: the landmark may be at the edge of a finger [m]."""
+    """Standard deviation of depth besides the camera's noise, the same in all images: the landmark may be at the edge of a finger [m]."""
 
 
 class Located(NamedTuple):
@@ -41,6 +43,8 @@ class Located(NamedTuple):
     """[m]."""
     information: Matrix3
     """Inverse of the covariance [1/m^2]."""
+    common: Matrix3
+    """Part of the covariance that is the same in all images of a hand that is held [m^2]."""
 
 
 def depth_at(
@@ -87,7 +91,7 @@ def locate_landmark(
         measured: which have a depth there.
 
     Returns:
-        Point [m] and information [1/m^2]; nobody sees it: the information is nearly 0.
+        Point [m], information [1/m^2] and common covariance [m^2]; nobody sees it: the information is nearly 0.
     """
     dtype = pixels.dtype
     measured = measured & seen
@@ -132,7 +136,12 @@ def locate_landmark(
 
     found, cost = jax.vmap(refined)(guesses)
     best = found[jnp.argmin(jnp.where(seen & jnp.isfinite(cost), cost, jnp.inf))]
-    return Located(best, normal(best)[0])
+    _, J, w = rows(best)
+    information = normal(best)[0]
+    alike = jnp.ones_like(w).at[:, :2].set(params.shared).at[:, 2].set((params.depth_error / deep) ** 2)
+    gain = jnp.linalg.inv(information)
+    common = gain @ jnp.einsum("ck,cki,ckj->ij", w * w * alike, J, J) @ gain
+    return Located(best, information, common)
 
 
 def locate_landmarks(
@@ -142,8 +151,8 @@ def locate_landmarks(
     seen: Bool[Array, "camera"],
     params: LandmarkParams | None = None,
     noise: NoiseParams | None = None,
-) -> tuple[Float[Array, "landmark 3"], Float[Array, "landmark 3 3"]]:
-    """The landmarks of one hand in the world [m], and their information [1/m^2]: `locate_landmark` for each.
+) -> Located:
+    """The landmarks of one hand in the world: `locate_landmark` for each; every field has a row for each landmark.
 
     Args:
         cameras: stacked; images are in their resolution.
@@ -155,7 +164,6 @@ def locate_landmarks(
     there = jnp.all(jnp.isfinite(pixels), axis=-1) & seen[:, None]
     pixels = jnp.where(there[..., None], pixels, 0)
     depth, some = jax.vmap(jax.vmap(depth_at, in_axes=(None, 0, None)), in_axes=(0, 0, None))(images, pixels, params)
-    located = jax.vmap(locate_landmark, in_axes=(None, 1, 1, 1, 1, None, None))(
+    return jax.vmap(locate_landmark, in_axes=(None, 1, 1, 1, 1, None, None))(
         cameras, pixels, depth, there, some, params, noise
     )
-    return located.point, located.information

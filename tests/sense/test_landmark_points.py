@@ -67,6 +67,21 @@ def test_depth_is_read_from_the_front_and_a_missing_landmark_counts_nothing(came
     for k, (u, v) in enumerate(np.round(pixels).astype(int)):
         images[k, v - 1 : v + 2, u - 1 : u + 2] = depth[k]
     two = np.stack([pixels, np.full_like(pixels, np.nan)], axis=1)
-    points, information = locate_landmarks(cameras, jnp.asarray(images), jnp.asarray(two), jnp.ones(2, bool), PARAMS)
+    points, information, _ = locate_landmarks(cameras, jnp.asarray(images), jnp.asarray(two), jnp.ones(2, bool), PARAMS)
     np.testing.assert_allclose(points[0], PLACE, atol=0.003)
     assert np.trace(information[0]) > 1e4 and np.trace(information[1]) < 1
+
+
+def test_the_common_covariance_is_that_of_errors_that_stay(cameras) -> None:
+    """Draws of the shared part of the pixels' errors and of the skin's depth alone; without both there is none."""
+    rng = np.random.default_rng(0)
+    pixels, depth = seen_at(cameras, PLACE)
+    share, sure = PARAMS.shared, jnp.ones(2, bool)
+    many = jnp.asarray(pixels + rng.normal(0, PARAMS.pixel * share**0.5, (500, 2, 2)))
+    depths = jnp.asarray(depth + rng.normal(0, PARAMS.depth_error, (500, 2)))
+    one = lambda p, z: locate_landmark(cameras, p, z, sure, sure, PARAMS, NoiseParams())  # noqa: E731
+    found = jax.jit(jax.vmap(one))(many, depths)
+    drawn, told = np.cov(np.asarray(found.point).T), np.asarray(found.common).mean(axis=0)
+    np.testing.assert_allclose(np.sqrt(np.diag(drawn) / np.diag(told)), 1.0, atol=0.2)
+    none = LandmarkParams(below=0.0, shared=0.0, depth_error=0.0)
+    assert np.abs(locate_landmark(cameras, many[0], depths[0], sure, sure, none, NoiseParams()).common).max() < 1e-12

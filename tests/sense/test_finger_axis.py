@@ -1,0 +1,123 @@
+"""The axis of a finger: exact images give it back, noise within what is told, and what is no finger is left alone."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from hrcjax.geom.capsules import Capsules
+from hrcjax.hand import Line
+from hrcjax.sense import d435i
+from hrcjax.sense.camera import render_capsules
+from hrcjax.sense.finger_axis import Seen, finger_line, still_depth
+from hrcjax.sense.noise import NoiseParams, measure
+from hrcjax.sense.rig import stack_cameras
+
+EYES = ((1.2, -0.7, 1.5), (-1.2, -0.7, 1.4))
+TIP = np.array([0.05, 0.1, 0.2], np.float32)
+U = np.array([0.3, 0.2, -0.93], np.float32)
+U /= np.linalg.norm(U)
+LENGTH, RADIUS, SPREAD = 0.085, 0.008, 1.0
+IMAGES = 8
+
+
+@pytest.fixture(scope="module")
+def cameras():
+    return stack_cameras([d435i(jnp.asarray(eye, jnp.float32), jnp.zeros(3, jnp.float32), 1) for eye in EYES])
+
+
+@pytest.fixture(scope="module")
+def exact(cameras):
+    """Depth images of a finger before a wall."""
+    capsule = Capsules(*(jnp.asarray(x, jnp.float32) for x in ((TIP - LENGTH * U)[None], TIP[None], [RADIUS])))
+    wall = jnp.full((480, 640), 3.0, jnp.float32)
+    return jnp.stack([render_capsules(jax.tree.map(lambda a, k=k: a[k], cameras), capsule, wall) for k in range(2)])
+
+
+@pytest.fixture(scope="module")
+def pixels(cameras) -> np.ndarray:
+    """Of the landmarks, in NumPy."""
+    marks, found = TIP - np.array([1.0, 0.5, 0.22, 0.0])[:, None] * LENGTH * U, []
+    for R, eye, f, cx, cy in zip(cameras.rotation, cameras.position, cameras.fx, cameras.cx, cameras.cy, strict=True):
+        own = (marks - np.asarray(eye)) @ np.asarray(R)
+        found.append(own[:, :2] / own[:, 2:] * float(f) + np.array([cx, cy]))
+    return np.asarray(found, np.float32)
+
+
+@pytest.fixture(scope="module")
+def line_of(cameras):
+    """The line found, of landmarks, depths and a start that is off."""
+    far = jnp.eye(6, dtype=jnp.float32) * 1e-3
+
+    @jax.jit
+    def run(pixels, depth, count, tip, u):
+        seen = Seen(pixels, jnp.full(2, SPREAD, jnp.float32), jnp.ones(2, bool), depth, count)
+        return finger_line(cameras, seen, Line(tip, u / jnp.linalg.norm(u), far), jnp.float32(0.09))
+
+    def line(pixels, depth, count=None, off=0.0, turn=0.0):
+        count = jnp.full(depth.shape, float(IMAGES), jnp.float32) if count is None else count
+        start = jnp.asarray(TIP + off), jnp.asarray(U + turn)
+        return jax.tree.map(np.asarray, run(jnp.asarray(pixels), depth, count, *start))
+
+    return line
+
+
+def angle(u) -> float:
+    return float(np.degrees(np.arccos(min(float(u @ U), 1.0))))
+
+
+def test_a_finger_of_exact_images_is_found_from_a_start_that_is_off(line_of, exact, pixels) -> None:
+    move = np.array([0.004, -0.003, 0.003], np.float32)
+    found = line_of(pixels, exact, off=move, turn=np.array([0.05, -0.04, 0.0], np.float32))
+    assert angle(found.direction) < 0.6 and np.abs(found.tip - TIP).max() < 2e-3
+    assert np.linalg.norm(found.direction) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_without_depth_the_landmarks_give_the_line(line_of, exact, pixels) -> None:
+    found = line_of(pixels, jnp.zeros_like(exact), off=np.float32(0.003))
+    np.testing.assert_allclose(found.tip, TIP, atol=1e-3)
+    assert angle(found.direction) < 0.2
+    with_depth = line_of(pixels, exact)
+    told, less = (np.degrees(np.sqrt(np.trace(f.covariance[3:, 3:]) / 2)) for f in (found, with_depth))
+    assert less < 0.5 * told
+
+
+def test_errors_are_as_told_and_less_than_by_landmarks(line_of, cameras, exact, pixels) -> None:
+    """Fingers of noisy images and landmarks: normalised errors of the direction have a mean of about 1."""
+    rng = np.random.default_rng(0)
+    noisy = jax.jit(
+        lambda keys: jax.vmap(
+            lambda own: jax.vmap(lambda z, c, k: measure(z, c, k, NoiseParams()))(exact, cameras, own)
+        )(keys)
+    )
+    across = np.linalg.svd(U[None].astype(float))[2][1:]
+    angles, bare, squares = [], [], []
+    for k in range(24):
+        images = noisy(jax.random.split(jax.random.key(k), (IMAGES, 2)))
+        marks = (pixels + SPREAD * rng.normal(size=pixels.shape)).astype(np.float32)
+        found = line_of(marks, *still_depth(images, jnp.ones(IMAGES, bool)))
+        alone = line_of(marks, jnp.zeros_like(exact))
+        e, C = across @ (found.direction - U), across @ found.covariance[3:, 3:] @ across.T
+        squares.append(e @ np.linalg.solve(C, e) / 2)
+        angles.append(angle(found.direction))
+        bare.append(angle(alone.direction))
+    assert np.median(angles) < 0.5 * np.median(bare) and np.max(angles) < 4
+    assert 0.2 < np.mean(squares) < 1.6
+
+
+def test_what_contradicts_the_landmarks_is_not_taken(line_of, exact, pixels) -> None:
+    """Another finger a centimetre and a half beside: the start comes back as it was."""
+    found = line_of(pixels + np.float32(4.5), exact, turn=np.array([0.1, 0.0, 0.0], np.float32))
+    assert angle(found.direction) > 4 and float(found.covariance[0, 0]) == pytest.approx(1e-3)
+    nothing = line_of(np.full_like(pixels, np.nan), jnp.zeros_like(exact))
+    assert np.isfinite(nothing.tip).all()
+
+
+def test_the_median_of_images_leaves_out_what_flies_and_what_is_missing() -> None:
+    images = np.array([2.0, 2.02, 2.01, 3.5, 0.0, 1.0], np.float32)[:, None, None]
+    median, count = still_depth(jnp.asarray(images), jnp.asarray([True] * 5 + [False]))
+    assert float(median[0, 0]) == pytest.approx(2.015) and float(count[0, 0]) == 4
+    few, _ = still_depth(jnp.asarray(images), jnp.asarray([False] * 3 + [True, True, False]))
+    assert float(few[0, 0]) == 3.5
+    none, count = still_depth(jnp.asarray(0 * images), jnp.ones(6, bool))
+    assert float(none[0, 0]) == 0.0 and float(count[0, 0]) == 0
