@@ -15,6 +15,9 @@ DESCRIPTION = """Start and goal chosen by pointing, in simulation: how far the p
   away     a finger that points at nothing: refused
   through  a hand that passes, pointing: no choice
 
+A finger's line is that of all depth pixels on it, joined with its landmarks; beside it stand the line by the landmarks alone, and the least
+error that is possible with them. A hand that wanders faster than 3 cm/s chooses nothing.
+
 The cell is surveyed with its table. People of capsules point with hands of 21 landmarks; two noisy depth cameras of 15 Hz see them, and a
 detector whose landmarks err by some pixels. Beside each place stand those by the exact shapes, of the true line, and of a line by
 a detector's own model in space. Every set of trials is stored as it comes: an interrupted program is resumed by the same command.

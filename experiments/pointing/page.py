@@ -19,7 +19,9 @@ Written by `python -m experiments.pointing{options} --json FILE --page FILE`; do
 {trials:.0f} trials in {scenes}, surveyed. People of capsules stand at the table and point, with a hand of 21 landmarks on a slim arm; two
 noisy depth cameras of {rate:g} Hz see the hand from about 2 m, and a detector names its landmarks, {pixel:g} px wrong in a colour image, hidden ones
 too; {shared:.0%} of that variance stays the same while the hand is held. Landmarks become points in space by the pixels and depths of both
-cameras (`hrcjax/sense/landmark_points.py`), a line that stays for {dwell:g} s counts as held, and sphere tracing finds where it meets a
+cameras (`hrcjax/sense/landmark_points.py`). A line that stays for {dwell:g} s, and neither wanders faster than {drift:g} m/s nor turns faster than {turn:g} rad/s as far
+as the noise lets one see, counts as held. A finger's line is then fitted to all depth pixels on it in the images of that time, in both cameras, joined with the
+landmarks (`hrcjax/sense/finger_axis.py`); an arm's is that of its landmarks. Sphere tracing finds where it meets a
 surface (`hrcjax/hand/pointing.py`). The table's top is in the map as any other surface: the survey does not crop it here.
 
 | kind | what it is | trials |
@@ -27,7 +29,9 @@ surface (`hrcjax/hand/pointing.py`). The table's top is in the map as any other 
 {kinds}
 
 That the hand makes the gesture is given, and so is that it holds still: it does not tremble. The arm of the robot is not in the images. What a
-person *means* by a pointing finger is not measured: the true place is where the true line through the landmarks meets the exact shapes.
+person *means* by a pointing finger is not measured: the true place is where the true line through the landmarks meets the exact shapes. The
+hand of the kind `arm` is drawn along its arm; that of the others is not: its finger is turned against the line from the shoulder by chance (`arm_finger_angle_p50`),
+so that the arm tells less of a finger than its own landmarks do, and is not used for it. How well a real person's finger and arm agree is not known here.
 `world` is the line by the plain model in space of a detector, whose landmarks err by {world:.1%} of the palm's size (Zhang et al. 2020, *MediaPipe
 Hands: On-device real-time hand tracking*), placed at the wrist's depth in one camera.
 
@@ -79,17 +83,23 @@ def _larger(landmarks: float, map_part: float) -> str:
 
 
 def _finger_parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
-    found = _values(rows, "ray_p50_1m", "ray_exact_p50_1m", "ray_true_p50_1m", "ray_across_p50_1m", "ray_world_p50_1m", "ray_angle_p50")  # fmt: skip
+    found = _values(rows, "ray_p50_1m", "ray_exact_p50_1m", "ray_true_p50_1m", "ray_across_p50_1m", "ray_world_p50_1m", "ray_angle_p50", "ray_marks_p50_1m", "bound_marks_p50_1m", "bound_depths_p50_1m")  # fmt: skip
     if found is None:
         return ""
-    whole, landmarks, map_part, aside, world, angle = found
+    whole, landmarks, map_part, aside, world, angle, marks, bound, depths = found
     return f"""
 ## What the errors consist of
 
 Of a finger, medians at 0.8 to 1.2 m: {whole:.1f} cm by line and map as they are found. The same line with the exact shapes errs by {landmarks:.1f} cm, the true
-line with the map by {map_part:.1f} cm: most of it comes from {_larger(landmarks, map_part)}. Landmarks act by the angle, {angle:.1f} degrees: the line found passes the
-true place at {aside:.1f} cm, and the slope of the surface stretches that. A finger is 9 cm long, so that errors of
-its landmarks turn it. The plain model in space errs by {world:.1f} cm, where it meets anything.
+line with the map by {map_part:.1f} cm: most of it comes from {_larger(landmarks, map_part)}. The line acts by its angle, {angle:.1f} degrees: it passes the
+true place at {aside:.1f} cm, and the slope of the surface stretches that. The plain model in space errs by {world:.1f} cm, where it meets anything.
+
+A finger is 9 cm long, and four landmarks on it that err by some pixels turn it: by them alone the error is {marks:.1f} cm, and no unbiased estimate
+from them could err by less than {bound:.1f} cm in the median. The depths of the pixels between base and tip lower that to {depths:.1f} cm. What brings it down
+further is the finger's outline: the middle of each row of pixels is known to a fraction of one.
+Two things make that look better than it would be. The simulated camera cuts the outline by whole pixels and draws the noise of each anew, where
+a stereo camera matches windows of some pixels, which widens a finger of three pixels and makes neighbours err alike; and the simulated finger is
+straight and round. Where nothing but landmarks can be trusted, `ray_marks_p50_1m` is what to expect.
 """
 
 
@@ -119,6 +129,7 @@ def page(
     text = HEAD.format(
         trials=rows["trials"]["value"], scenes=", ".join(scenes), options=options(config), rate=RATE, pixel=config.pixel, shared=config.shared, dwell=PointingParams().dwell,
         kinds=kind_table(by_kind), world=WORLD_ERROR, unsure=place.unsure, above=place.above,
+        drift=PointingParams().drift, turn=PointingParams().turn,
     )  # fmt: skip
     text += f"\n## Rows\n\n{row_table(rows)}\n{parts(rows)}"
     if figures:

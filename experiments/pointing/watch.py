@@ -192,14 +192,14 @@ def _trial(
     begin = (empty, empty, empty, empty, jnp.zeros((), bool), jnp.zeros((), dtype))
     keys = jax.random.split(own_key, watch.images)
     (_, _, held, held_world, chosen, time), shown = jax.lax.scan(step, begin, (jnp.arange(watch.images, dtype=dtype), keys))  # fmt: skip
-    line = marks_line = held_line(held)
+    by_marks = by_pixels = held_line(held)
     if watch.finger:
         at = (jnp.arange(watch.images, dtype=dtype) + 1) / RATE
         used = (at >= time - params.dwell - 1e-3) & (at <= time + 1e-3)
         depth, found = shown
         crop = look((watch.images - 1) * jnp.ones((), dtype))[2] if still is None else still[2]
-        line = seen_line(crop, depth, found, used, held, marks_line, spread_of(pixel, noise), shared)
-    return Watched(line, marks_line, held_line(held_world), chosen, time)
+        by_pixels = seen_line(crop, depth, found, used, held, by_marks, spread_of(pixel, noise), shared)
+    return Watched(by_pixels, by_marks, held_line(held_world), chosen, time)
 
 
 def spread_of(pixel: Array, noise: NoiseParams) -> Array:

@@ -16,7 +16,7 @@ from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
 from hrcjax.sense.camera import Camera
 from hrcjax.sense.noise import NoiseParams, depth_deviation
 from hrcjax.sense.points import valid_depth
-from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Vector3
 
 
 class FingerParams(eqx.Module):
@@ -82,7 +82,7 @@ class Seen(NamedTuple):
     """Whether its detector found the hand."""
     depth: Float[Array, "*camera height width"]
     """Median of the images [m]; 0: none."""
-    count: Float[Array, "*camera height width"]
+    images: Float[Array, "*camera height width"]
     """How many images have a depth there [1]."""
 
 
@@ -103,7 +103,7 @@ def finger_line(
     cameras: Camera,
     seen: Seen,
     start: Line,
-    length: Scalar,
+    length: Float[Array, ""],
     params: FingerParams | None = None,
     noise: NoiseParams | None = None,
 ) -> Line:
@@ -152,11 +152,11 @@ def finger_line(
         move = _solved(N, slope)
         # no further than landmarks may err: what a step finds beyond it may be another finger
         longest = jnp.max(jnp.abs(move[:6]))
-        return x - move * jnp.minimum(1.0, safe_divide(params.step, longest, 1.0)), None
+        return x - move * jnp.minimum(1.0, params.step / jnp.maximum(longest, 1e-9)), None
 
     x, _ = jax.lax.scan(step, flat, wide)
     N, _ = normal(x, jnp.ones((), dtype))
-    scale = safe_divide(1.0, safe_sqrt(jnp.diag(N)))
+    scale = _scale(N)
     covariance = scale[:, None] * jnp.linalg.inv(scale[:, None] * N * scale) * scale
     axis = shape(x)
     line = line_along(axis.tip, axis.along, covariance[:6, :6])
@@ -166,9 +166,13 @@ def finger_line(
     return jax.tree.map(lambda new, old: jnp.where(good, new, old), line, start)
 
 
+def _scale(N: Array) -> Array:
+    return 1.0 / jnp.sqrt(jnp.maximum(jnp.diag(N), 1e-12))
+
+
 def _solved(N: Array, slope: Array) -> Array:
     """N^-1 slope, scaled to a unit diagonal: lengths and shares differ by orders."""
-    scale = safe_divide(1.0, safe_sqrt(jnp.diag(N)))
+    scale = _scale(N)
     return scale * jnp.linalg.solve(scale[:, None] * N * scale + 1e-6 * jnp.eye(len(N), dtype=N.dtype), scale * slope)
 
 
@@ -176,7 +180,7 @@ class _Patch(NamedTuple):
     rays: Array
     """(row column 3) of pixels, in the camera, of depth 1."""
     depth: Array
-    count: Array
+    images: Array
 
 
 def _patch(camera: Camera, seen: Seen, axis: Axis, params: FingerParams) -> _Patch:
@@ -192,7 +196,7 @@ def _patch(camera: Camera, seen: Seen, axis: Axis, params: FingerParams) -> _Pat
     u, v = jnp.meshgrid(corner[0] + steps, corner[1] + steps)
     x = (u.astype(at.dtype) - camera.cx) / camera.fx
     y = (v.astype(at.dtype) - camera.cy) / camera.fy
-    return _Patch(jnp.stack([x, y, jnp.ones_like(x)], axis=-1), cut(seen.depth), cut(seen.count))
+    return _Patch(jnp.stack([x, y, jnp.ones_like(x)], axis=-1), cut(seen.depth), cut(seen.images))
 
 
 def _pixel_rows(
@@ -215,7 +219,7 @@ def _pixel_rows(
     bulge = safe_sqrt(jnp.maximum(1.0 - cut(aside / params.radius) ** 2, 0.25))
     skin = axis_depth - safe_divide(axis.radius * bulge, cut(jnp.maximum(sine, 0.2) * jnp.sqrt(dd)))
 
-    n = jnp.maximum(patch.count, 1.0)
+    n = jnp.maximum(patch.images, 1.0)
     z = jnp.maximum(patch.depth, noise.near)
     own = depth_deviation(z, noise)
     deep = jnp.sqrt(1.57 * own**2 / n + params.skin**2)  # of a median

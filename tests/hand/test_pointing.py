@@ -212,18 +212,18 @@ def test_noise_is_no_drift() -> None:
 
 
 def test_beside_an_edge_a_place_is_not_known() -> None:
-    """A line that meets a box 1 cm inside its edge, known to 1 cm there, may as well meet the table a metre behind."""
+    """A line that meets a box 1 cm inside its edge, known to 2 cm there, may as well meet the table a metre behind."""
 
     def distance(x):
         box = box_distance(x, jnp.asarray([0.0, 0.0, 0.5], x.dtype), jnp.asarray([0.2, 0.2, 0.5], x.dtype))
         return jnp.minimum(table(x), box)
 
     tip = jnp.asarray([0.19, 0.0, 1.5])
-    covariance = jnp.diag(jnp.asarray([1e-4, 1e-4, 1e-4, 0, 0, 0], tip.dtype))
+    covariance = jnp.diag(jnp.asarray([4e-4, 4e-4, 4e-4, 0, 0, 0], tip.dtype))
     inside = pointed_place(PARAMS, Line(tip - 0.1 * jnp.eye(3)[0], -UP, covariance), distance)
     edge = pointed_place(PARAMS, Line(tip, -UP, covariance), distance)
     assert bool(inside.found) and bool(edge.found)
-    assert float(spread(inside.covariance)) == pytest.approx(0.01, rel=0.05) and float(spread(edge.covariance)) > 0.2
+    assert float(spread(inside.covariance)) == pytest.approx(0.02, rel=0.05) and float(spread(edge.covariance)) > 0.2
 
 
 def test_what_a_surface_is_off_counts_along_the_line() -> None:
