@@ -95,8 +95,8 @@ line with the map by {map_part:.1f} cm: most of it comes from {_larger(landmarks
 true place at {aside:.1f} cm, and the slope of the surface stretches that. The plain model in space errs by {world:.1f} cm, where it meets anything.
 
 A finger is 9 cm long, and four landmarks on it that err by some pixels turn it: by them alone the error is {marks:.1f} cm, and no unbiased estimate
-from them could err by less than {bound:.1f} cm in the median. The depths of the pixels between base and tip lower that to {depths:.1f} cm. What brings it down
-further is the finger's outline: the middle of each row of pixels is known to a fraction of one.
+from them could err by less than {bound:.1f} cm in the median. The depths of the pixels between base and tip, if nothing hid them, lower that to {depths:.1f} cm.
+The finger's outline tells more, without a bound of this kind: the middle of each row of pixels is known to a fraction of one.
 Two things make that look better than it would be. The simulated camera cuts the outline by whole pixels and draws the noise of each anew, where
 a stereo camera matches windows of some pixels, which widens a finger of three pixels and makes neighbours err alike; and the simulated finger is
 straight and round. Where nothing but landmarks can be trusted, `ray_marks_p50_1m` is what to expect.

@@ -42,7 +42,7 @@ WORDS = {
     "ray_marks_p50_1m": "by the finger's four landmarks alone, without the pixels of the finger",
     "ray_marks_angle_p50": "median angle of these lines, all ways",
     "bound_marks_p50_1m": "least median that an unbiased estimate from the landmarks in both images can have (Cramer and Rao)",
-    "bound_depths_p50_1m": "the same with the depths of all pixels on the finger; its outline, which tells most, has no such bound",
+    "bound_depths_p50_1m": "the same with the depths of all pixels between base and tip, as if nothing hid them; the outline, which has no such bound, left out",
     "arm_finger_angle_p50": "median angle between the finger and the line from shoulder to wrist, of the same people: what the arm could tell of the finger",
     "ray_world_p50_1m": "the line of the detector's model in space, from the wrist's depth",
     "ray_world_found_1m": "share of those lines that meet anything",
