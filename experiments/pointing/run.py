@@ -11,17 +11,18 @@ from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, collect, locked_store
 from hrcjax.lab.checks import among, at_least, check_outputs, each_once
 from hrcjax.lab.errors import UsageError
+from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.parameters import leaf_names
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import table, write_rows
+from hrcjax.lab.rows import report, write_rows
 from hrcjax.sim import PlaceParams
 from hrcjax.world import SCENES
 
 from .bench import Bench
 from .config import PointingConfig
 from .page import page
-from .rows import Rows, all_rows, holds, together
+from .rows import all_rows, holds, together
 from .trials import KINDS
 
 AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")
@@ -89,27 +90,11 @@ def _measured(config: PointingConfig, store: RunStore, begin: float) -> int:
 
         names = draw(folder / FIGURES, {kind: next(iter(own.values())) for kind, own in cases.items()}, joined)
     if config.page:
-        figures = _copied(folder, config.page, names)
+        figures = copy_figures(folder / FIGURES, config.page, names, "pointing")
         write_bytes(
             config.page,
             page(rows, joined, config, [f"{name} {seed}" for name, seed in scenes_of(config)], figures).encode(),
         )
-    _report(rows, folder, time.monotonic() - begin)
+    report("pointing", rows, holds)
+    print(f"Took {duration(time.monotonic() - begin)}. Trials and rows: {folder}")
     return 0
-
-
-def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
-    """Figures copied beside the page; their places from there."""
-    place = page_file.parent / "figures"
-    if names:
-        place.mkdir(exist_ok=True)
-    for name in names:
-        write_bytes(place / f"pointing-{name}", (folder / FIGURES / name).read_bytes())
-    return [f"figures/pointing-{name}" for name in names]
-
-
-def _report(rows: Rows, folder: Path, seconds: float) -> None:
-    print(table("pointing", rows))
-    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
-    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
-    print(f"Took {duration(seconds)}. Trials and rows: {folder}")
