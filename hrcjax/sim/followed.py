@@ -1,11 +1,9 @@
 """The body of a person, followed from image to image as the cell's cameras take them."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 
 from hrcjax.body import BodyFit, BodyParams, BodyState, initial_body, track_body
-from hrcjax.geom.cloud import Cloud
 from hrcjax.presence import VoxelLayout
 from hrcjax.presence.image_points import image_points
 from hrcjax.presence.track import Track
@@ -34,10 +32,12 @@ def nobody_followed(params: BodyParams, time: Float[Array, ""]) -> Followed:
         time: shortly before it [s].
     """
     dtype = time.dtype
-    nowhere = Cloud(jnp.zeros((1, 3), dtype), jnp.zeros((1,), bool))
-    state = initial_body(params, dtype)
-    shape = jax.eval_shape(lambda: track_body(params, state, nowhere.points, nowhere.mask, 0.0, nowhere.points[0])[1])
-    nothing = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), shape)
+    state, zero = initial_body(params, dtype), jnp.zeros((), dtype)
+    count = state.joints.shape[0]
+    nothing = BodyFit(
+        state.joints, state.radii, state.speeds, jnp.zeros((count, 3, 3), dtype), jnp.zeros((count, 3, 3), dtype), state.lengths,
+        jnp.zeros_like(state.unseen), state.unseen, zero, zero, state.tracked,
+    )  # fmt: skip
     return Followed(state, nothing, time)
 
 
