@@ -11,6 +11,7 @@ from hrcjax.body.state import BodyFit
 from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
 from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 
+_ENDS = (END_A > 0) | (END_B > 0)
 ANY_SPEED = 100.0
 """Bound of the speed of a part that is not known: more than anybody's, and finite [m/s]."""
 
@@ -23,7 +24,7 @@ class PartsFrom(NamedTuple):
     v_h: Float[Array, "part"]
     """Bound of the speed towards the place at the image; negative: it goes away; `ANY_SPEED` where it is not known [m/s]."""
     known: Bool[Array, "part"]
-    """Whether the part is seen and its place known well."""
+    """Whether the part, or parts at both of its ends, are seen, and its place is known well."""
 
 
 def sure_track(params: BodyParams, fit: BodyFit) -> Bool[Array, ""]:
@@ -31,6 +32,13 @@ def sure_track(params: BodyParams, fit: BodyFit) -> Bool[Array, ""]:
     finite = jnp.all(jnp.isfinite(fit.joints)) & jnp.all(jnp.isfinite(fit.speeds)) & jnp.all(jnp.isfinite(fit.radii))
     whole = jnp.all(jnp.isfinite(fit.speed_covariance)) & jnp.all(jnp.isfinite(fit.place_covariance))
     return fit.tracked & (fit.age >= params.sure_age) & (fit.explained >= params.sure_explained) & finite & whole
+
+
+def seen_since(fit: BodyFit) -> Float[Array, "part"]:
+    """Time since every part was seen, or parts with which it shares both of its ends, as a neck between trunk and head [s]."""
+    ends = jnp.asarray(_ENDS)
+    joints = jnp.min(jnp.where(ends, fit.unseen[:, None], jnp.inf), axis=0)
+    return jnp.minimum(fit.unseen, jnp.max(jnp.where(ends, joints[None, :], 0.0), axis=1))
 
 
 def parts_from(params: BodyParams, fit: BodyFit, x: Vector3, horizon: Scalar) -> PartsFrom:
@@ -63,7 +71,7 @@ def parts_from(params: BodyParams, fit: BodyFit, x: Vector3, horizon: Scalar) ->
     bound = speed + params.deviations * deviation(fit.speed_covariance)
     bound = jnp.max(bound - (size - size[0]) / horizon, axis=0)
     of_place = deviation(fit.place_covariance)[0]
-    known = (fit.unseen <= params.sure_unseen) & (of_place < params.sure_position)
+    known = (seen_since(fit) <= params.sure_unseen) & (of_place < params.sure_position)
     distance = size[0] - capsules.radius
     return PartsFrom(
         jnp.where(known, distance, distance - params.deviations * of_place), jnp.where(known, bound, ANY_SPEED), known

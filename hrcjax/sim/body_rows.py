@@ -12,9 +12,9 @@ from hrcjax.typing import Array, Float, Scalar
 
 HORIZON = 0.45
 """Time in which the arm has surely stopped from full speed, the reaction time included [s]."""
-EXPLAINED = 0.1
-"""A surface of people whose place is this near to the body's surface is that of the body: what the field takes off as a lower
-bound, and how well the body is known [m]."""
+EXPLAINED = 0.15
+"""A surface of people as near to the body's as this is the body's: what the default field takes off in its lower bound, 4 cm by spread and
+noise, 1 cm by the arm's cover and 3 to 4 cm by the kernel, and how well parts are told apart, `BodyParams.rivals` of 6 cm [m]."""
 
 
 def body_rows(
