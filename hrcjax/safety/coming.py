@@ -9,6 +9,7 @@ needs more than by the assumed speed, which is a bound as well.
 """
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 
 from hrcjax.numerics import safe_sqrt
@@ -31,16 +32,22 @@ class Coming(eqx.Module):
     """Where this is known; elsewhere the assumed speed holds."""
 
 
-def _counted(values: Float[Array, "row part"], coming: Coming, otherwise: float) -> Float[Array, "row part"]:
-    return jnp.where(coming.counts[:, None], values, otherwise)
+def _finite(coming: Coming) -> tuple[Float[Array, "row part"], Float[Array, "row part"]]:
+    """Speeds and ways, 0 where they do not count."""
+    counts = coming.counts[:, None]
+    return jnp.where(counts, jnp.maximum(coming.v_h, 0.0), 0.0), jnp.where(counts, coming.beyond, 0.0)
 
 
 def measured_distance(ssm: SsmParams, v_r: Scalar, coming: Coming) -> Float[Array, "row"]:
     """Distance of every row from which on the approach speed v_r [m/s] is safe; infinite where nothing is measured [m]."""
     stopping = stopping_time(ssm, v_r)
     grown = 0.5 * jnp.asarray(coming.gain) * stopping * stopping
-    needed = separation_distance(ssm, v_r, _counted(coming.v_h, coming, 0.0)) + grown - coming.beyond
-    return jnp.where(coming.counts, jnp.max(_counted(needed, coming, 0.0), axis=1), jnp.inf)
+
+    def needed(v_h: Float[Array, ""], beyond: Float[Array, ""]) -> Float[Array, ""]:
+        return separation_distance(ssm, v_r, v_h) + grown - beyond
+
+    each = jax.vmap(jax.vmap(needed))(*_finite(coming))
+    return jnp.where(coming.counts, jnp.max(each, axis=1), jnp.inf)
 
 
 def measured_limit(ssm: SsmParams, d: Float[Array, "row"], coming: Coming) -> Float[Array, "row"]:
@@ -48,14 +55,17 @@ def measured_limit(ssm: SsmParams, d: Float[Array, "row"], coming: Coming) -> Fl
 
     With b = v_h + a T_r, e = d + beyond - S_p(0) and k = 1 + a_h / a it is k v^2 + 2 b v = 2 a e, for each part.
     """
-    v_h = jnp.maximum(_counted(coming.v_h, coming, 0.0), 0.0)
-    excess = d[:, None] + _counted(coming.beyond, coming, 0.0) - separation_distance(ssm, 0.0, v_h)
-    possible = excess > 0
-    two_a_e = 2 * ssm.brake * jnp.where(possible, excess, 1.0)
-    b = v_h + ssm.brake * ssm.reaction_time
     k = 1.0 + jnp.asarray(coming.gain) / ssm.brake
-    speeds = jnp.where(possible, two_a_e / (b + safe_sqrt(b * b + k * two_a_e)), 0.0)
-    return jnp.where(coming.counts, jnp.min(speeds, axis=1), 0.0)
+
+    def allowed(d: Float[Array, ""], v_h: Float[Array, ""], beyond: Float[Array, ""]) -> Float[Array, ""]:
+        excess = d + beyond - separation_distance(ssm, 0.0, v_h)
+        possible = excess > 0
+        two_a_e = 2 * ssm.brake * jnp.where(possible, excess, 1.0)
+        b = v_h + ssm.brake * ssm.reaction_time
+        return jnp.where(possible, two_a_e / (b + safe_sqrt(b * b + k * two_a_e)), 0.0)
+
+    each = jax.vmap(jax.vmap(allowed, (None, 0, 0)))(d, *_finite(coming))
+    return jnp.where(coming.counts, jnp.min(each, axis=1), 0.0)
 
 
 def row_thresholds(params: SafetyParams, coming: Coming) -> ZoneThresholds:
