@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from hrcjax.body import BodyFit, BodyParams
 from hrcjax.body.parts_from import head_gap, parts_from, sure_track, surface_gap
 from hrcjax.geom.segment import FAR
+from hrcjax.robot import COVER_MARGIN
 from hrcjax.sim.govern import Rows
 from hrcjax.sim.parts import BodyRows
 from hrcjax.typing import Array, Float, Scalar
@@ -33,7 +34,7 @@ def body_rows(
     """
     surfaces = people.g.shape[1]
     reach = people.reach.reshape(-1, surfaces)
-    radius = (people.reach - people.distance).reshape(-1, surfaces)[:, 0]
+    radius = (people.reach - people.distance).reshape(-1, surfaces)[:, 0] + COVER_MARGIN
 
     def at(
         x: Float[Array, "3"], g: Float[Array, "surface 3"], reach: Float[Array, "surface"]
