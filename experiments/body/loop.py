@@ -29,6 +29,7 @@ EXPLAINED = {
     "speed": "measured speeds and regions alone",
     "head": "the stop near the head alone",
     "body": "all of it",
+    "still": "measured speeds and regions, as if every part stood still and would: not safe, the most that measuring could bring",
 }
 """Variant -> what it is."""
 VARIANTS = tuple(EXPLAINED)
@@ -43,6 +44,8 @@ class Uses(eqx.Module):
     """1: measured speeds, distances and regions count [1]."""
     head: Float[Array, ""] | float
     """1: the head is watched [1]."""
+    still: Float[Array, ""] | float
+    """1: nobody moves [1]."""
 
 
 def decide(params: Uses, memory: ZoneState, seen: Separation) -> tuple[ZoneState, SafetyDecision]:
@@ -50,9 +53,11 @@ def decide(params: Uses, memory: ZoneState, seen: Separation) -> tuple[ZoneState
     body = seen.body
     if body is None:
         raise ValueError("the variants are for a cell that follows the body (Cell.body)")
-    measured, watched = params.measured > 0.5, params.head > 0.5
+    measured, watched, still = params.measured > 0.5, params.head > 0.5, params.still > 0.5
     told = replace(
         body,
+        v_h=jnp.where(still, 0.0, body.v_h),
+        gain=jnp.where(still, 0.0, jnp.asarray(body.gain, body.v_h.dtype)),
         counts=body.counts & measured,
         distance=jnp.where(measured, body.distance, FAR),
         head_distance=jnp.where(watched, body.head_distance, FAR),
@@ -75,7 +80,10 @@ class LoopBench:
     def settings(self) -> Params:
         """The parameters of all variants, along the leading axis of `safety`."""
         params = Params()
-        each = [Uses(params.safety, name in ("speed", "body"), name in ("head", "body")) for name in VARIANTS]
+        each = [
+            Uses(params.safety, name in ("speed", "body", "still"), name in ("head", "body"), name == "still")
+            for name in VARIANTS
+        ]
         stacked = jax.tree.map(lambda *leaves: jnp.asarray(leaves, jnp.float32), *each)
         rest = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), params)
         return eqx.tree_at(lambda p: p.safety, rest, stacked)

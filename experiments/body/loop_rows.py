@@ -36,6 +36,7 @@ DEFINITIONS = {
     "stopped_time_ratio": "time in a stop with all of the body over that without",
     "stopped_time_ratio_speed": "the same with measured speeds and regions, without the stop near the head, over that without",
     "stopped_time_ratio_head": "the same of the stop near the head alone",
+    "stopped_time_ratio_still": "the same as if everybody stood still, which is not safe: the most that measured speeds could bring",
     "stopped_time_ratio_body_head": "time in a stop with all of the body over that with the stop near the head alone: what measured speeds bring where the head is watched",
     "excess_speed_with": "largest excess of speed with all of the body, by the person's real speed",
     "excess_speed_without": "the same without the body",
@@ -103,7 +104,13 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     if not some:
         return rows
     stopped = {variant: _stopped(some, k) for k, variant in enumerate(VARIANTS)}
-    pairs = {"": ("body", "off"), "_speed": ("speed", "off"), "_head": ("head", "off"), "_body_head": ("body", "head")}
+    pairs = {
+        "": ("body", "off"),
+        "_speed": ("speed", "off"),
+        "_head": ("head", "off"),
+        "_still": ("still", "off"),
+        "_body_head": ("body", "head"),
+    }
     for end, (one, other) in pairs.items():
         if stopped[other] > 0:
             rows["stopped_time_ratio" + end] = row(stopped[one] / stopped[other])

@@ -13,9 +13,9 @@ from hrcjax.typing import Array, Float, Scalar
 
 HORIZON = 0.45
 """Time in which the arm has surely stopped from full speed, the reaction time included [s]."""
-EXPLAINED = 0.15
-"""A surface of people as near to the body's as this is the body's: what the default field takes off in its lower bound, 4 cm by spread and
-noise, 1 cm by the arm's cover and 3 to 4 cm by the kernel, and how well parts are told apart, `BodyParams.rivals` of 6 cm [m]."""
+EXPLAINED = 0.2
+"""A surface of people is the body's where it is no farther in front of it than this. The default field takes off 3.5 cm by spread and noise
+near the arm and 11 cm beyond its reach, 1 cm by the arm's cover, and some 3 cm by its kernel; points and body are known to 5 cm [m]."""
 
 
 def body_rows(
