@@ -92,13 +92,13 @@ def real_exposure(
 
         speed = jax.vmap(towards)(moved.x, moved.xd)
         seconds = jnp.asarray(steps * dt, q.dtype)
-        stops = stopping_time(ssm, speed) + STRIDE * dt
+        stops = jax.vmap(lambda v: stopping_time(ssm, v))(speed) + STRIDE * dt
         within = seconds[:, None] <= stops
         there = d[0] < FAR - 1.0
         comes = jnp.where(within[1:] & there, (d[:-1] - d[1:]) / (STRIDE * dt), 0.0)
         real = jnp.clip(jnp.max(comes, axis=0), 0.0, 1e3)
         least = jnp.min(jnp.where(within & (seconds >= 0)[:, None], d, jnp.inf), axis=0)
-        lacks = ssm.intrusion - (least - stopping_distance(ssm, speed))
+        lacks = ssm.intrusion - (least - jax.vmap(lambda v: stopping_distance(ssm, v))(speed))
         return d[before], speed, real, jnp.max(jnp.where(speed > TOWARDS, lacks, -FAR))
 
     ticks = jnp.arange(q.shape[0], dtype=jnp.int32)
@@ -110,7 +110,7 @@ def real_exposure(
         return speed - allowed_speed(ssm, d, v_h)
 
     each = jax.vmap(jax.vmap(beyond))
-    assumed = assumed_human_speed(ssm, largest)
+    assumed = jax.vmap(jax.vmap(lambda d: assumed_human_speed(ssm, d)))(largest)
     return Exposure(
         jnp.min(d, axis=1),
         jnp.max(each(speed, largest, real), axis=1),
