@@ -38,6 +38,8 @@ DEFINITIONS = {
     "stopped_time_ratio_head": "the same of the stop near the head alone",
     "stopped_time_ratio_still": "the same as if everybody stood still, which is not safe: the most that measured speeds could bring",
     "stopped_time_ratio_body_head": "time in a stop with all of the body over that with the stop near the head alone: what measured speeds bring where the head is watched",
+    "stopped_close_ratio": "time in a stop with somebody too near, with all of the body over that without: without the wait for them to stay away, which the hysteresis asks for, and without heads",
+    "stopped_close_ratio_speed": "the same with measured speeds and regions alone",
     "excess_speed_with": "largest excess of speed with all of the body, by the person's real speed",
     "excess_speed_without": "the same without the body",
     "loop_sure_share": "images with a sure track, of those with a track",
@@ -114,6 +116,10 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     for end, (one, other) in pairs.items():
         if stopped[other] > 0:
             rows["stopped_time_ratio" + end] = row(stopped[one] / stopped[other])
+    close = {variant: _stopped(some, VARIANTS.index(variant), TOO_CLOSE) for variant in ("off", "speed", "body")}
+    if close["off"] > 0:
+        rows["stopped_close_ratio"] = row(close["body"] / close["off"])
+        rows["stopped_close_ratio_speed"] = row(close["speed"] / close["off"])
     rows["excess_speed_with"] = row(_worst(some, "excess", VARIANTS.index("body")), "m/s")
     rows["excess_speed_without"] = row(_worst(some, "excess", VARIANTS.index("off")), "m/s")
     tracked = np.concatenate([case["tracked"] for case in some])
