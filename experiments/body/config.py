@@ -6,8 +6,12 @@ from pathlib import Path
 
 from hrcjax.lab.configs import parse_config
 
-DESCRIPTION = """Follow a person's body in the images of two depth cameras, and compare it with the exact person, image by image:
-surfaces of arms and hands, the body region nearest to the arm, left and right, speeds towards the arm, and time.
+DESCRIPTION = """Follow a person's body in the images of two depth cameras. Two parts:
+
+  track   the body against the exact person, image by image: surfaces of arms and hands, the body region nearest to the arm, left
+          and right, speeds towards the arm, and time
+  loop    whole episodes of the arm beside these people, with what the body says and without, in one run: time stopped, arrivals,
+          contacts, and speed beyond what the person's real speed allows
 
 Beside the tracker: begun anew in every frame ("cold"), without learning lengths ("fixed"), told wrong radii ("thick"), and the nearest
 point alone.
@@ -19,7 +23,12 @@ Examples:
     python -m experiments.body --quick
 
   Recorded people too, rows in a file and a page:
-    python -m experiments.body --recordings FOLDER --json body.json --page docs/body.md"""
+    python -m experiments.body --recordings FOLDER --json body.json --page docs/body.md
+
+  What the loop gains, alone:
+    python -m experiments.body --parts loop --recordings FOLDER --json body.json"""
+
+PARTS = ("track", "loop")
 
 
 @dataclass(frozen=True)
@@ -28,6 +37,8 @@ class BodyConfig:
 
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
+    parts: tuple[str, ...] = PARTS
+    """Parts: track, loop."""
     people: tuple[str, ...] = ("reach_in", "reach_and_stay", "pass_by", "stand_and_work")
     """Who comes: names of motions, or BVH files."""
     recordings: Path | None = None
@@ -41,7 +52,7 @@ class BodyConfig:
     compared: int = 4
     """People, the first ones, with all of these; the others have the first tracker alone."""
     quick: bool = False
-    """Two motions, and the tracker alone."""
+    """Two motions, and of the trackers the first alone."""
     out: Path | None = None
     """Folder of the run; runs/body-FINGERPRINT if not given, so that the same command resumes."""
     json: Path | None = None

@@ -7,7 +7,8 @@ from typing import Any
 from hrcjax.cells.people import with_recordings
 
 from .config import BodyConfig
-from .rows import BARS, definition, holds
+from .loop_rows import definition as loop_definition
+from .rows import ALL_BARS, definition, holds
 
 HEAD = """# A person as a body: capsules fitted to the moving points
 
@@ -15,8 +16,8 @@ Written by `python -m experiments.body --recordings FOLDER --json FILE --page FI
 
 Two depth cameras of 15 Hz look in turn at the cell, with the noise, holes and flying pixels of a D435i. What contradicts the settled
 picture is a person; the mean points of the voxels that one image shows are what the body is fitted to (`hrcjax/body`). The exact
-capsules of the person are for the measures alone. Research software, not safety-rated. The loop does not use the body yet: the
-safety layer assumes the speed of a person, and the most sensitive body region.
+capsules of the person are for the measures alone. Research software, not safety-rated. A cell uses the body where it is told to
+(`Cell.body`, `--cell ur5-body`); by default the safety layer assumes the speed of a person, and the most sensitive body region.
 
 * **Body**: eleven joints, and ten capsules whose ends are fixed mixtures of them: trunk, neck, head, upper arms, forearms, hands. Places of
   joints are what is fitted, not angles. Lengths of bones, limits of joints and how people stand are residuals; lengths and radii are
@@ -28,6 +29,15 @@ safety layer assumes the speed of a person, and the most sensitive body region.
 * **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round.
 * **Speeds** count where the track is older than 0.3 s, explains 85 % of the points, and every part that may be the nearest is seen and
   known to 4 cm; elsewhere 1.6 m/s is assumed. The bound is the measured speed, 2.5 standard deviations, and 4 m/s^2 over the reaction time.
+* **In the loop**, where the track is sure, every part of the body counts with its own speed towards each control point and with how much
+  farther it is than what the distance field reads there: zones and limits follow S_p of these speeds, which may grow by 4 m/s^2 while the
+  arm stops, and never need more than the assumed speed does. Parts that are not seen may come at 2 m/s. A surface that the field reads
+  over 20 cm in front of the body is nobody's: it counts with the assumed speed. The field's bound is never exceeded; where the body is
+  nearer, it counts. In red the contact speed is that of the regions that may be nearest, and under 0.5 m from the head the arm stops.
+  Without a sure track all is as without a body.
+* **Episodes** (rows of the loop): the arm of the papers' cell in mode "both" beside the same people, in five variants of one program that
+  share every image: `off`, `speed` (measured speeds and regions), `head` (the stop near the head), `body` (all), and `still`, which is
+  not safe: everybody counts as standing still, the most that measured speeds could bring. In the images the arm moves as a nominal one. All variants are measured alike, by exact shapes and the person's real speed.
 
 People: {people}; {seconds:g} s each.
 """
@@ -42,9 +52,11 @@ def page(rows: Mapping[str, Mapping[str, Any]], config: BodyConfig, figures: Seq
     people = ", ".join(Path(name).stem for name in with_recordings(config.people, config.recordings))
     lines = ["| row | value | unit | bar | what it measures |", "|---|---|---|---|---|"]
     for name, entry in rows.items():
-        bar = f"{BARS[name][0]} {BARS[name][1]:g}" if name in BARS else ""
+        bar = f"{ALL_BARS[name][0]} {ALL_BARS[name][1]:g}" if name in ALL_BARS else ""
         missed = " (missed)" if holds(name, entry["value"]) is False else ""
-        lines.append(f"| {name} | {entry['value']:.3g} | {entry['unit']} | {bar}{missed} | {definition(name)} |")
+        lines.append(
+            f"| {name} | {entry['value']:.3g} | {entry['unit']} | {bar}{missed} | {loop_definition(name) or definition(name)} |"
+        )
     text = HEAD.format(people=people, seconds=config.seconds) + "\n" + "\n".join(lines) + "\n"
     if figures:
         text += "\n" + "\n".join(f"![{name}]({name})" for name in figures) + "\n"

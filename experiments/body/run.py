@@ -12,23 +12,27 @@ from hrcjax.cells.people import check_worlds, person_key, with_recordings
 from hrcjax.lab.atomic import write_bytes
 from hrcjax.lab.case_store import FIGURES, Case, Make, RunStore, collect, locked_store
 from hrcjax.lab.checks import among, at_least, check_outputs, each_once
+from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import table, write_rows
+from hrcjax.lab.rows import report, write_rows
 
-from .config import BodyConfig
+from .config import PARTS, BodyConfig
+from .loop import LoopBench
+from .loop_rows import loop_rows
 from .page import page
 from .rows import all_rows, holds
 from .seen import SCENE, Bench
 from .tracks import VARIANTS, measured, with_places
 
-AFTERWARDS = ("rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")
+AFTERWARDS = ("rows.py", "loop_rows.py", "page.py", "figures.py", "config.py", "run.py", "__main__.py", "__init__.py")
 """Files that only read finished cases."""
 
 
 def _check(config: BodyConfig) -> None:
+    among(config, "parts", PARTS)
     among(config, "variants", tuple(VARIANTS))
-    each_once(config, "variants", "people")
+    each_once(config, "parts", "variants", "people")
     check_worlds((SCENE,), with_recordings(config.people, config.recordings))
     at_least(config, 0, "seed", "compared")
     at_least(config, 2, "seconds")
@@ -51,6 +55,12 @@ def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
 
     mark = fingerprint({"seconds": config.seconds, "seed": config.seed})[:6]
     found: dict[str, tuple[str, Make]] = {}
+    if "loop" in config.parts:
+        loop = LoopBench(config.seconds, config.seed)
+        for name in with_recordings(config.people, config.recordings):
+            found[f"loop/{Path(name).stem}"] = (f"loop/{person_key(name)}-{mark}", partial(loop.case, name))
+    if "track" not in config.parts:
+        return found
     for k, name in enumerate(with_recordings(config.people, config.recordings)):
         for variant in config.variants if k < config.compared else config.variants[:1]:
             file = f"{variant}/{person_key(name)}-{mark}"
@@ -83,7 +93,8 @@ def run(config: BodyConfig) -> int:
 def _measured(config: BodyConfig, store: RunStore, begin: float) -> int:
     folder = store.folder
     cases = by_variant(collect(store, wanted(config)))
-    rows = all_rows(cases)
+    loop = cases.pop("loop", {})
+    rows = (all_rows(cases) if cases else {}) | (loop_rows(loop) if loop else {})
     write_rows(folder, config.json, {"body": rows})
     names: list[str] = []
     if config.figures and "full" in cases:
@@ -91,19 +102,9 @@ def _measured(config: BodyConfig, store: RunStore, begin: float) -> int:
 
         names = draw(folder / FIGURES, cases["full"])
     if config.page:
-        write_bytes(config.page, page(rows, config, _copied(folder, config.page, names)).encode())
-    print(table("body", rows))
-    failed = [name for name, entry in rows.items() if holds(name, entry["value"]) is False]
-    print(f"\n{len(failed)} bars do not hold" + (f": {', '.join(failed)}" if failed else ""))
+        write_bytes(
+            config.page, page(rows, config, copy_figures(folder / FIGURES, config.page, names, "body")).encode()
+        )
+    report("body", rows, holds)
     print(f"Took {duration(time.monotonic() - begin)}. Cases and rows: {folder}")
     return 0
-
-
-def _copied(folder: Path, page_file: Path, names: list[str]) -> list[str]:
-    """Figures copied beside the page; their places from there."""
-    place = page_file.parent / "figures"
-    if names:
-        place.mkdir(exist_ok=True)
-    for name in names:
-        write_bytes(place / f"body-{name}", (folder / FIGURES / name).read_bytes())
-    return [f"figures/body-{name}" for name in names]

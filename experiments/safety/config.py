@@ -39,7 +39,7 @@ class SafetyConfig:
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
-    """The cell: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION that returns one of your own with the monitor of hrcjax.safety."""
+    """The cell: ur5, ur5e, ur5-reflected, ur5-body, or MODULE:FUNCTION that returns one of your own with the monitor of hrcjax.safety."""
     params: str = ""
     """Parameters in place of the cell's defaults: a file of tuned parameters, the folder of a tuning, or the name of a shipped file (configs/tuned)."""
     parts: tuple[str, ...] = PARTS

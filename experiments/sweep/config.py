@@ -54,7 +54,7 @@ class SweepConfig:
     config: str = "paper"
     """Named settings: paper, quick, people, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
-    """The cell: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION that returns one with a planner, field, policy, monitor or arm of your own."""
+    """The cell: ur5, ur5e, ur5-reflected, ur5-body, or MODULE:FUNCTION that returns one with a planner, field, policy, monitor or arm of your own."""
     scene: tuple[str, ...] = ("robotica",)
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter, or TOML files of named shapes (docs/formats.md), such as `experiments.task_space` makes of a recording."""
     obstacles: Literal["known", "sensed"] = "known"

@@ -40,7 +40,7 @@ class TuneConfig:
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
-    """The cell: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION that returns one of your own."""
+    """The cell: ur5, ur5e, ur5-reflected, ur5-body, or MODULE:FUNCTION that returns one of your own."""
     params: tuple[str, ...] = ("K_att=0.01:0.2", "K_rep=1e-6:1e-3", "zeta=1.2:5")
     """Parameters: NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:START; the start of dotted names (policy.target) chooses all below it."""
     frozen: tuple[str, ...] = ()

@@ -42,7 +42,7 @@ class TuneBenchmarkConfig:
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
     cell: str = "ur5"
-    """The cell: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION that returns one of your own."""
+    """The cell: ur5, ur5e, ur5-reflected, ur5-body, or MODULE:FUNCTION that returns one of your own."""
     params: tuple[str, ...] = (
         "K_att=0.01:0.2", "K_rep=1e-6:1e-3", "zeta=1.2:5", "plan.omega2=1e-3:0.1", "plan.omega3=0.1:10", "policy.target.kp=2:50",
         "policy.collision.k_rep=1:30", "policy.collision.k_damp=1:40", "policy.damping.k=0.2:5", "motion.clock.jerk=3:50",

@@ -123,6 +123,10 @@ def episode(params: Params, cell: Cell, route: SerialRoute, seen: Seen, q_start:
     """
     if cell.contact_mass != "standard":
         raise ValueError(f"contact_mass {cell.contact_mass!r}; the reference accepts: standard")
+    if cell.body is not None:
+        raise ValueError(
+            "a cell that follows the body of a person (Cell.body); the reference accepts: one that does not"
+        )
     params, robot, dt = plain(params), cell.arm, cell.dt
     arm = SerialArm(cell)
     arm.reset(q_start)

@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.bits import pack, words
+from hrcjax.safety.coming import Coming, at_the_nearest, measured_limit, row_thresholds
 from hrcjax.safety.governor import speed_scale
 from hrcjax.safety.least_change import UNLIMITED
 from hrcjax.safety.params import SafetyParams
@@ -82,6 +83,7 @@ def monitor(
     v_h: Scalar | None = None,
     guarded: Bool[Array, ""] | bool = False,
     by_now: Float[Array, "point"] | None = None,
+    coming: Coming | None = None,
 ) -> tuple[ZoneState, SafetyDecision]:
     """One tick of the monitor, over the control points of the whole arm.
 
@@ -103,11 +105,12 @@ def monitor(
         guarded: whether somebody may be where no camera looks: the zone is yellow at best, and the speed that of red, the
             reduced speed.
         by_now: distance whose v(d) bounds the speed of every point, if less than `d`, see `nearest_by_now`; None: `d` alone [m].
+        coming: how the parts of a measured person come to every point, which lets zones begin nearer; None: not measured.
     """
     nearest = jnp.min(d)  # NaN if any is
     old = ~(jnp.abs(jnp.asarray(age)) <= params.max_age)
     finite = jnp.all(jnp.isfinite(d)) & jnp.all(jnp.isfinite(v_r))
-    for given in (head_distance, v_h, by_now):
+    for given in (head_distance, v_h, by_now, *(() if coming is None else (coming.v_h, coming.beyond))):
         if given is not None:
             finite = finite & jnp.all(jnp.isfinite(jnp.asarray(given)))
     if pfl_speed is not None:
@@ -116,24 +119,32 @@ def monitor(
     invalid = ~jnp.asarray(valid)
     hold = old | ~finite | invalid
 
-    state = update_zone(params, state, nearest, ~hold, dt, head_distance, jnp.where(guarded, YELLOW, GREEN))
+    limits, stops_at = None, d  # what the distances count as where a stop begins as for an assumed speed
+    if coming is not None:
+        rows = row_thresholds(params, coming)
+        limits, stops_at = at_the_nearest(d, rows), d + (zone_thresholds(params).stop - rows.stop)
+    state = update_zone(params, state, nearest, ~hold, dt, head_distance, jnp.where(guarded, YELLOW, GREEN), limits)
 
-    def point_limit(one: Float[Array, ""], contact: Scalar | None) -> Float[Array, ""]:
+    near_now = d if by_now is None else jnp.minimum(d, by_now)
+    measured = None if coming is None else measured_limit(params.ssm, near_now, coming)
+
+    def point_limit(
+        one: Float[Array, ""], contact: Scalar | None, measured: Scalar | None
+    ) -> Float[Array, ""]:  # fmt: skip
         person = assumed_human_speed(params.ssm, one) if v_h is None else v_h
-        return zone_speed(params, state.zone, one, contact, person)
+        return zone_speed(params, state.zone, one, contact, person, measured)
 
     of_points = pfl_speed is not None and jnp.ndim(pfl_speed) > 0
-    limit = jax.vmap(point_limit, in_axes=(0, 0 if of_points else None))(
-        d if by_now is None else jnp.minimum(d, by_now), pfl_speed
-    )  # fmt: skip
-    share = retreat_share(params, state.zone, d)
+    axes = (0, 0 if of_points else None, None if measured is None else 0)
+    limit = jax.vmap(point_limit, in_axes=axes)(near_now, pfl_speed, measured)
+    share = retreat_share(params, state.zone, stops_at)
     limit = (1.0 - share) * limit - share * params.zone.retreat_speed
-    limit = jnp.minimum(limit, turned_away(params, state.zone, d))
+    limit = jnp.minimum(limit, turned_away(params, state.zone, stops_at))
     limit = jnp.where(guarded, jnp.minimum(limit, params.zone.red_speed), limit)
     limit = jnp.where(hold, 0.0, limit)
 
     only_slows = params.zone.red_only_slows
-    close = (nearest < zone_thresholds(params).stop) & (not only_slows)
+    close = (nearest < (zone_thresholds(params) if limits is None else limits).stop) & (not only_slows)
     head = jnp.asarray(False)
     if head_distance is not None:
         head = (jnp.asarray(head_distance) < params.zone.head_stop) & (not only_slows)

@@ -29,11 +29,11 @@ BEYOND_STOP = 0.1
 class ZoneThresholds(eqx.Module):
     """Distances at which zones begin."""
 
-    stop: Float[Array, ""]
+    stop: Float[Array, "*row"]
     """Of standstill: nearer, a stop [m]."""
-    yellow: Float[Array, ""]
+    yellow: Float[Array, "*row"]
     """Of the red speed: nearer, red [m]."""
-    green: Float[Array, ""]
+    green: Float[Array, "*row"]
     """Of the nominal speed: nearer, yellow [m]."""
 
 
@@ -64,7 +64,11 @@ def zone_thresholds(params: SafetyParams) -> ZoneThresholds:
 
 
 def zone_at(
-    params: SafetyParams, d: Scalar, head_distance: Scalar | None = None, slack: Scalar = 0.0
+    params: SafetyParams,
+    d: Scalar,
+    head_distance: Scalar | None = None,
+    slack: Scalar = 0.0,
+    thresholds: ZoneThresholds | None = None,
 ) -> Int[Array, ""]:
     """The zone of a distance, without memory.
 
@@ -72,9 +76,10 @@ def zone_at(
         d: distance robot to person; not finite: STOP [m].
         head_distance: distance robot to head; not finite: STOP; None: not watched [m].
         slack: added to every threshold [m].
+        thresholds: None: those of the assumed speed of a person, `zone_thresholds`.
     """
     d = jnp.asarray(d)
-    limits = zone_thresholds(params)
+    limits = zone_thresholds(params) if thresholds is None else thresholds
     nearest = RED if params.zone.red_only_slows else STOP
     zone = jnp.where(d >= limits.green + slack, GREEN, jnp.where(d >= limits.yellow + slack, YELLOW, RED))
     zone = jnp.where(d >= limits.stop + slack, zone, nearest)
@@ -94,6 +99,7 @@ def update_zone(
     dt: Scalar,
     head_distance: Scalar | None = None,
     least: Int[Array, ""] | int = 0,
+    thresholds: ZoneThresholds | None = None,
 ) -> ZoneState:
     """The zone one tick later.
 
@@ -106,9 +112,11 @@ def update_zone(
         dt: time since the last update [s].
         head_distance: distance robot to head; None: not watched [m].
         least: the zone is at least this tight.
+        thresholds: None: those of the assumed speed of a person, `zone_thresholds`.
     """
-    tight = jnp.maximum(jnp.where(fresh, zone_at(params, d, head_distance), STOP), least).astype(jnp.int32)
-    loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis), STOP)
+    tight = jnp.where(fresh, zone_at(params, d, head_distance, thresholds=thresholds), STOP)
+    tight = jnp.maximum(tight, least).astype(jnp.int32)
+    loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis, thresholds), STOP)
     loose = jnp.maximum(loose, least).astype(jnp.int32)
     relaxing = loose < state.zone
     candidate = jnp.where(relaxing, jnp.maximum(loose, state.candidate), GREEN).astype(jnp.int32)
@@ -125,6 +133,7 @@ def zone_speed(
     d: Scalar,
     pfl_speed: Scalar | None = None,
     v_h: Scalar | None = None,
+    measured: Scalar | None = None,
 ) -> Float[Array, ""]:
     """Largest speed towards the person in a zone [m/s].
 
@@ -136,8 +145,11 @@ def zone_speed(
         d: distance robot to person [m].
         pfl_speed: power-and-force speed of the nearest body region; None: not watched [m/s].
         v_h: person's speed towards the robot; None: `params.ssm.v_h` [m/s].
+        measured: what the distance allows beside a person who is measured, if that is more; None: not measured [m/s].
     """
-    separated = jnp.minimum(allowed_speed(params.ssm, d, v_h), params.zone.nominal_speed)
+    separated = allowed_speed(params.ssm, d, v_h)
+    separated = separated if measured is None else jnp.maximum(separated, measured)
+    separated = jnp.minimum(separated, params.zone.nominal_speed)
     bounded = params.zone.red_follows_separation and not params.zone.red_only_slows
     red = jnp.minimum(separated if bounded else params.zone.nominal_speed, params.zone.red_speed)
     if pfl_speed is not None:

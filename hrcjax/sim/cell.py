@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.body import BodyParams
 from hrcjax.field.grid import GridLayout
 from hrcjax.map import MapLayout
 from hrcjax.presence import CELL_VOXELS, VoxelLayout
@@ -96,6 +97,9 @@ class Cell:
     """Where the map's distance is sampled for the arm: everything that it can reach."""
     voxels: VoxelLayout = CELL_VOXELS
     """Voxels in which people are followed."""
+    body: BodyParams | None = None
+    """Follow the body of a person in the images (`hrcjax.body`): where the track is sure, the monitor takes the measured speed of its
+    parts in place of an assumed one, the contact speed of the nearest region, and stops near the head. None: none of it."""
 
     def __post_init__(self) -> None:
         if self.contact_mass not in CONTACT_MASSES:

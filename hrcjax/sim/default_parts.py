@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.body import PART_REGION
 from hrcjax.field import FAR, FieldParams, GPField, GridField, fit, grid_distance_and_gradient
 from hrcjax.field.least import log_least_weight, nearest_bound
 from hrcjax.field.near import Groups, grouped, groups_of, nearest_others
@@ -29,6 +30,7 @@ from hrcjax.policy import JointLimits, PolicyParams, Repel, policy_acceleration
 from hrcjax.presence.cloud import COARSE_FROM
 from hrcjax.robot import Arm
 from hrcjax.safety import (
+    Coming,
     SafetyDecision,
     SafetyParams,
     ZoneState,
@@ -41,6 +43,7 @@ from hrcjax.safety import (
 from hrcjax.sim.joints_along import joints_along
 from hrcjax.sim.parts import (
     ArmMotion,
+    BodyRows,
     Clearance,
     FieldPart,
     Fields,
@@ -235,10 +238,28 @@ def repelling(arm: ArmMotion, goal: Goal, clearance: Clearance) -> tuple[Repel, 
 
 
 def contact_speeds(params: SafetyParams, separation: Separation) -> Float[Array, "*row"]:
-    """Contact speed of the most sensitive body region: one by the standard's mass, or of every row by the mass that it feels [m/s]."""
+    """Contact speed of the most sensitive body region: one by the standard's mass, or of every row by the mass that it feels [m/s].
+
+    Where the body of the person is known, of the regions that may be the nearest of a row by the end of this tick.
+    """
     if separation.mobility is None:
-        return jnp.min(pfl_speeds(1.0 / effective_mass(params.pfl)))
-    return jnp.min(jax.vmap(pfl_speeds)(separation.mobility(params.pfl.payload)), axis=1)
+        speeds = pfl_speeds(1.0 / effective_mass(params.pfl))
+    else:
+        speeds = jax.vmap(pfl_speeds)(separation.mobility(params.pfl.payload))
+    slowest, body = jnp.min(speeds, axis=-1), separation.body
+    if body is None:
+        return slowest
+    moved = params.ssm.v_h_near * (jnp.clip(separation.age, 0.0, params.max_age) + separation.dt)
+    near = body.beyond < jnp.min(body.beyond, axis=1, keepdims=True) + moved
+    regions = jnp.where(near, speeds[..., PART_REGION], jnp.inf)
+    return jnp.where(body.counts, jnp.min(regions, axis=-1), slowest)
+
+
+def coming_of(params: SafetyParams, body: BodyRows) -> Coming:
+    """How the parts of a body come: as measured, faster by what they may gain within the reaction time, not over what is assumed."""
+    ssm = params.ssm
+    v_h = jnp.clip(body.v_h + jnp.asarray(body.gain) * ssm.reaction_time, 0.0, ssm.v_h_near)
+    return Coming(v_h, body.beyond, body.gain, body.counts)
 
 
 def separation_monitor(
@@ -247,15 +268,21 @@ def separation_monitor(
     """Zones, speed and separation; in red also the contact speed of the most sensitive body region (ISO/TS 15066)."""
     # S_p counts on data as old as the reaction time; what a person may move until older ones are used is taken off
     older = jnp.clip(separation.age + separation.dt - params.ssm.reaction_time, 0.0, params.max_age)
-    d = separation.distance - params.ssm.v_h_near * older
+    d = separation.distance
+    if separation.body is not None:  # never above the field's bound
+        d = jnp.minimum(d, separation.body.distance)
+    d = d - params.ssm.v_h_near * older
     by_now = d
     if separation.nearest is not None:
         nearest = separation.nearest - params.ssm.v_h_near * older
         by_now = nearest_by_now(params, d, nearest, separation.age, separation.dt)
+    coming, head = None, None
+    if separation.body is not None:
+        coming, head = coming_of(params, separation.body), separation.body.head_distance
     slowest_contact = contact_speeds(params, separation).astype(d.dtype)
     return monitor(
         params, state, d, separation.approach, separation.age, separation.dt, valid=separation.valid, pfl_speed=slowest_contact,
-        guarded=separation.guarded, by_now=by_now,
+        guarded=separation.guarded, by_now=by_now, head_distance=head, coming=coming,
     )  # fmt: skip
 
 

@@ -93,7 +93,8 @@ def follow(
     faults = pack_cameras(frames.reasons[latest])
     guarded = frames.guarded[index] | frames.guarded[latest]
     # The frame of each tick is gathered before the scan: inside, the derivative would touch all frames at every tick.
-    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, known, guarded, faults, stop)
+    body = jax.tree.map(lambda a: a[index], frames.body)
+    seen = (jax.tree.map(lambda a: a[index], fields.moving), age + cell.latency, known, guarded, faults, stop, body)
 
     def one(state: TickState, seen: tuple[Any, ...]) -> tuple[TickState, Record]:
         moving, *rest = seen

@@ -11,11 +11,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hrcjax.body import BodyFit
 from hrcjax.geom.capsules import Capsules
 from hrcjax.robot import arm_capsules
 from hrcjax.sense.rig import exposures
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.episode import Episode, pack_cameras, plan_route
+from hrcjax.sim.followed import nobody_followed
 from hrcjax.sim.params import Params
 from hrcjax.sim.parts import Fields, Task
 from hrcjax.sim.prepare import LEAD, Surveyed
@@ -46,6 +48,8 @@ class Kept(eqx.Module):
     """See `Record.cameras`."""
     count: Int[Array, ""]
     """Images so far."""
+    body: BodyFit | None = None
+    """The body of a person in each; None: it is not followed."""
 
 
 def tick_images(cell: Cell, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -130,7 +134,9 @@ def look(
         t: when it is taken [s].
     """
     arm = arm_capsules(cell.arm, q)
-    state, good = watch_image(cell.voxels, sense, known.survey, known.stage, state, camera, t, arm, key, cell.latency)
+    state, good = watch_image(
+        cell.voxels, sense, known.survey, known.stage, state, camera, t, arm, key, cell.latency, cell.body
+    )
     return state, keep(params, cell, known, sense, state, kept, arm, t, camera, good)
 
 
@@ -159,6 +165,7 @@ def keep(
     return Kept(
         kept.static, jax.tree.map(put, kept.moving, moving), put(kept.stamp, t), put(kept.valid, good),
         put(kept.guarded, guarded), put(kept.faults, pack_cameras(reasons)), kept.count + 1,
+        None if state.body is None else jax.tree.map(put, kept.body, state.body.fit),
     )  # fmt: skip
 
 
@@ -182,7 +189,7 @@ def first_looks(
     dtype, q_start, rates = known.q_start.dtype, known.q_start, known.stage.rig.rates
     stamps, cameras, _, _ = tick_images(cell, rates)
     keys, _ = image_keys(cell, rates, key)
-    state = initial_watch(cell.voxels, known.survey, jnp.asarray(stamps[0], dtype))
+    state = initial_watch(cell.voxels, known.survey, jnp.asarray(stamps[0], dtype), cell.body)
     kept = nothing_kept(params, cell, known, cell.moving_points * cell.people)
 
     def before(carry: tuple[Watch, Kept], item: tuple) -> tuple[tuple[Watch, Kept], None]:
@@ -201,7 +208,8 @@ def images_in_use(cell: Cell, known: Surveyed, kept: Kept, t: Scalar, stop: Bool
     age = jnp.where(jnp.isfinite(usable[newest]), t - usable[newest], jnp.inf)
     fields = Fields(kept.static, jax.tree.map(lambda a: a[newest], kept.moving))
     guarded = kept.guarded[newest] | kept.guarded[latest]
-    return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest], stop)
+    body = jax.tree.map(lambda a: a[newest], kept.body)
+    return Sensed(fields, age, ~known.survey.overflow, guarded, kept.faults[latest], stop, body)
 
 
 def fit_one(params: Params, cell: Cell, frame: Frames) -> tuple[Any, Any]:
@@ -221,7 +229,12 @@ def nothing_kept(params: Params, cell: Cell, known: Surveyed, capacity: int) -> 
     empty = Frames.nobody(known.field, capacity, count, dtype, known.survey.overflow, known.survey.map, known.hidden)
     static, moving = fit_one(params, cell, empty)
     no = jnp.zeros((PENDING,), bool)
+
+    def ring(a: Array) -> Array:
+        return jnp.broadcast_to(a, (PENDING, *a.shape))
+
+    body = None if cell.body is None else nobody_followed(cell.body, jnp.zeros((), dtype)).fit
     return Kept(
-        static, jax.tree.map(lambda a: jnp.broadcast_to(a, (PENDING, *a.shape)), moving),
-        jnp.full((PENDING,), -jnp.inf, dtype), no, no, jnp.zeros((PENDING,), jnp.int32), jnp.zeros((), jnp.int32),
+        static, jax.tree.map(ring, moving), jnp.full((PENDING,), -jnp.inf, dtype), no, no, jnp.zeros((PENDING,), jnp.int32),
+        jnp.zeros((), jnp.int32), jax.tree.map(ring, body),
     )  # fmt: skip

@@ -163,6 +163,23 @@ PolicyFn = Callable[[Any, ArmMotion, Goal, Clearance, JointLimits], Joints]
 """(Params.policy, arm, goal, clearance, limits) -> desired joint acceleration [rad/s^2]. It need not respect the limits."""
 
 
+class BodyRows(eqx.Module):
+    """What the body of a person, followed from image to image, says at every row of a `Separation`."""
+
+    counts: Bool[Array, "row"]
+    """Where the track is sure, and the row's surface lies on the body; elsewhere the speed of a person is to be assumed."""
+    v_h: Float[Array, "row part"]
+    """Bound of the speed of every part of the body towards the row's point when the image was taken [m/s]."""
+    beyond: Float[Array, "row part"]
+    """How much farther the part is than the row's distance, at least [m]."""
+    distance: Float[Array, "row"]
+    """To the nearest part of the body, of the row that is nearest of its point; far of others and without a sure track [m]."""
+    head_distance: Float[Array, ""]
+    """Of the arm to the head, until now; far without a sure track [m]."""
+    gain: Scalar
+    """How much faster a person may become: see `BodyParams.human_acceleration` [m/s^2]."""
+
+
 class Separation(eqx.Module):
     """Input of a safety monitor in one tick. A row is a control point and one of the surfaces of people near it."""
 
@@ -183,6 +200,8 @@ class Separation(eqx.Module):
     nearest: Float[Array, "row"] | None = None
     """Distance of the row's control point to the nearest of its surfaces; None: every surface counts by its own distance alone, as where
     a point has one surface [m]."""
+    body: BodyRows | None = None
+    """The body of the person; None: the cell does not follow it (`Cell.body`)."""
 
 
 @dataclass(frozen=True)

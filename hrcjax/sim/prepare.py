@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import KDTree
 
+from hrcjax.body import BodyParams
 from hrcjax.field.grid import GridField, fit_grid, grid_nodes
 from hrcjax.geom.segment import FAR
 from hrcjax.map import sample_map
@@ -159,7 +160,7 @@ def make_world(
     times, cameras = jnp.asarray(stamps, q_goal.dtype), jnp.asarray(cameras)
     q = nominal_motion(found.q_start, q_goal, times, min(0.6 * cell.ticks * cell.dt, NOMINAL))
     sizes = (cell.voxels, cell.moving_points * cell.people, cell.latency)
-    frames = _sense(cell.arm, sizes, found, q, times, cameras, frame_key, params)
+    frames = _sense(cell.arm, sizes, found, q, times, cameras, frame_key, params, cell.body)
     return World(scene, person, frames, found.q_start, known)
 
 
@@ -190,7 +191,7 @@ def hidden_field(cell: Cell, params: SenseParams, surveyed: Survey) -> GridField
 stage_for = jax.jit(stage_of)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@partial(jax.jit, static_argnums=(0, 1, 8))
 def _sense(
     arm: Arm,
     sizes: tuple[VoxelLayout, int, float],
@@ -200,11 +201,12 @@ def _sense(
     cameras: Int[Array, "frame"],
     key: PRNGKeyArray,
     params: SenseParams,
+    body: BodyParams | None = None,
 ) -> Frames:
     """One compiled program for all worlds of one size: without jit this would take minutes."""
     robot = jax.vmap(lambda one: arm_capsules(arm, one))(q)
     return sense_sequence(
-        *sizes, known.survey, known.field, known.stage, robot, stamps, cameras, key, params, known.hidden
+        *sizes, known.survey, known.field, known.stage, robot, stamps, cameras, key, params, known.hidden, body
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.body import BodyFit, BodyParams
 from hrcjax.field.grid import GridField
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.cloud import Cloud
@@ -49,6 +50,8 @@ class Frames(eqx.Module):
     """Voxels that no camera saw in the set-up."""
     hidden: GridField | None = None
     """Distance to space where somebody may be unseen; None: nobody is where no camera looks."""
+    body: BodyFit | None = None
+    """The body of a person after every image; None: it is not followed."""
 
     @staticmethod
     def nobody(
@@ -91,6 +94,7 @@ def sense_sequence(
     key: PRNGKeyArray,
     params: SenseParams,
     hidden: GridField | None = None,
+    body: BodyParams | None = None,
 ) -> Frames:
     """Every image of an episode, in the order of exposure.
 
@@ -107,6 +111,7 @@ def sense_sequence(
         key: random key of the noise.
         params: parameters of sensing.
         hidden: distance to space where somebody may be unseen; None: nobody is there.
+        body: follow the body of a person; None: not.
 
     Raises:
         ValueError: the number of arm poses differs from that of stamps.
@@ -116,12 +121,13 @@ def sense_sequence(
 
     def image(state: Watch, item: tuple) -> tuple[Watch, tuple]:
         stamp, camera, arm, key = item
-        state, good = watch_image(voxels, params, survey, stage, state, camera, stamp, arm, key, latency)
-        return state, (*frame_of(voxels, params, survey, stage, state, arm, capacity), good)
+        state, good = watch_image(voxels, params, survey, stage, state, camera, stamp, arm, key, latency, body)
+        fit = None if state.body is None else state.body.fit
+        return state, (*frame_of(voxels, params, survey, stage, state, arm, capacity), good, fit)
 
     keys = jax.random.split(key, stamps.shape[0])
-    start = initial_watch(voxels, survey, stamps[0])
-    _, (cloud, beyond, reasons, guarded, good) = jax.lax.scan(image, start, (stamps, cameras, robot, keys))
+    start = initial_watch(voxels, survey, stamps[0], body)
+    _, (cloud, beyond, reasons, guarded, good, fits) = jax.lax.scan(image, start, (stamps, cameras, robot, keys))
     return Frames(
         scene,
         cloud,
@@ -135,4 +141,5 @@ def sense_sequence(
         survey.map,
         survey.unseen,
         hidden,
+        fits,
     )

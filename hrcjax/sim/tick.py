@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.bits import pack
+from hrcjax.body import BodyFit
 from hrcjax.geom.point_motion import PointMotion
 from hrcjax.numerics import computed
 from hrcjax.policy import JointLimits, limit_acceleration
@@ -23,6 +24,7 @@ from hrcjax.safety import (
     steep_limit,
     worst_approach,
 )
+from hrcjax.sim.body_rows import body_rows
 from hrcjax.sim.cell import Cell
 from hrcjax.sim.contact import contact_mobility_rows
 from hrcjax.sim.govern import Rows, fastest, govern
@@ -74,6 +76,8 @@ class Sensed(eqx.Module):
     """What is wrong with the cameras, see `Record.cameras`."""
     stop: Bool[Array, ""] | None = None
     """Whether somebody's command stops the arm, as `hrcjax.hand.CommandState.stopped`; None: commands are not read."""
+    body: BodyFit | None = None
+    """The body of a person in the newest frame; None: it is not followed."""
 
 
 class Record(eqx.Module):
@@ -141,8 +145,11 @@ def tick(
     room, towards_people = computed(read_room(params, cell, sensed.fields, body))
     approach = computed(towards_people.speeds(qd))
     mobility = contact_mobility_rows(cell, q, tool, towards_people)
+    followed = None
+    if cell.body is not None and sensed.body is not None:
+        followed = computed(body_rows(cell.body, sensed.body, body.x, towards_people, sensed.age))
     separation = Separation(
-        towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility, towards_people.nearest()
+        towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility, towards_people.nearest(), followed
     )  # fmt: skip
     memory, decision = computed(cell.safety.decide(params.safety, state.safety, separation))
     if decision.point_limit.shape != approach.shape:

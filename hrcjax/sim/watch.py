@@ -7,6 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from hrcjax.body import BodyParams
 from hrcjax.geom.capsules import Capsules
 from hrcjax.presence import Presence, PresenceParams, Track, VoxelLayout, initial_track, presence_cloud, update_track
 from hrcjax.sense import Delivered, FaultSchedule, HealthState, deliver, judge_image
@@ -14,6 +15,7 @@ from hrcjax.sense.camera import render_capsules, render_scene
 from hrcjax.sense.health import NO_IMAGE
 from hrcjax.sense.noise import measure
 from hrcjax.sense.rig import Rig
+from hrcjax.sim.followed import Followed, follow_body, nobody_followed
 from hrcjax.sim.survey import SenseParams, Survey, crop_box
 from hrcjax.typing import Array, Bool, Float, Int, PRNGKeyArray
 from hrcjax.world import Person, Scene
@@ -29,6 +31,8 @@ class Watch(eqx.Module):
     """Of each camera."""
     reasons: Int[Array, "camera"]
     """What is wrong with each camera's latest image, bits of `HEALTH_REASONS`; 0: nothing."""
+    body: Followed | None = None
+    """The body of a person; None: it is not followed."""
 
 
 class Stage(eqx.Module):
@@ -49,10 +53,16 @@ def stage_of(rig: Rig, scene: Scene, person: Person, faults: FaultSchedule) -> S
     return Stage(rig, jax.vmap(lambda camera: render_scene(camera, scene))(rig.cameras), person, faults)
 
 
-def initial_watch(voxels: VoxelLayout, survey: Survey, time: Float[Array, ""]) -> Watch:
-    """After the set-up, before the first image."""
+def initial_watch(voxels: VoxelLayout, survey: Survey, time: Float[Array, ""], body: BodyParams | None = None) -> Watch:
+    """After the set-up, before the first image.
+
+    Args:
+        time: of the first image [s].
+        body: follow the body of a person; None: not.
+    """
     count = survey.empty.settled.shape[0]
-    return Watch(initial_track(voxels, count, time), survey.health, jnp.zeros((count,), jnp.int32))
+    followed = None if body is None else nobody_followed(body, time)
+    return Watch(initial_track(voxels, count, time), survey.health, jnp.zeros((count,), jnp.int32), followed)
 
 
 def periods(rig: Rig, dtype: jnp.dtype) -> Float[Array, "camera"]:
@@ -71,6 +81,7 @@ def watch_image(
     robot: Capsules,
     key: PRNGKeyArray,
     latency: float,
+    body: BodyParams | None = None,
 ) -> tuple[Watch, Bool[Array, ""]]:
     """The state after one image, and whether the image was good.
 
@@ -79,11 +90,16 @@ def watch_image(
         exposed: when [s].
         robot: the arm then, as its joint encoders tell.
         latency: usual time from exposure to use [s].
+        body: follow the body of a person; None: not.
     """
     key, fault_key = jax.random.split(key)
     depth, shows = shown(params, stage, camera, exposed, robot, key)
     got = deliver(stage.faults, camera, exposed, depth, shows, state.health.last[camera], fault_key)
-    return taken(voxels, params, survey, stage.rig, state, camera, exposed, got, robot, latency)
+    after, good = taken(voxels, params, survey, stage.rig, state, camera, exposed, got, robot, latency)
+    if body is None or after.body is None:
+        return after, good
+    found = follow_body(body, voxels, stage.rig, after.track, after.body, camera, exposed, good)
+    return eqx.tree_at(lambda w: w.body, after, found), good
 
 
 def shown(
@@ -139,6 +155,7 @@ def taken(
         track,
         jax.tree.map(lambda all_, one: all_.at[camera].set(one), state.health, health),
         state.reasons.at[camera].set(reasons),
+        state.body,
     )
     return after, good
 

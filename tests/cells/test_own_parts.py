@@ -183,7 +183,7 @@ def test_faults_of_names_and_leaves_are_told(change: dict, words: str) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("ur6", "no cell 'ur6'; accepted: ur5, ur5e, ur5-reflected, or MODULE:FUNCTION"),
+        ("ur6", "no cell 'ur6'; accepted: ur5, ur5e, ur5-reflected, ur5-body, or MODULE:FUNCTION"),
         ("no_module_here:build", "ModuleNotFoundError"),
         ("my_cell:nothing", "has no attribute 'nothing'"),
         ("my_cell:Spring", "returns Spring; accepted: a Cell or a NamedCell"),
