@@ -221,10 +221,10 @@ def seen_line(
     """
     depth, count = still_depth(images, used)
     there = used[:, None, None] & jnp.all(jnp.isfinite(pixels), axis=-1)
-    n = jnp.sum(there, axis=0)
+    n = jnp.sum(there, axis=0).astype(pixels.dtype)
     mean = jnp.sum(jnp.where(there[..., None], pixels, 0), axis=0) / jnp.maximum(n, 1)[..., None]
     mean = jnp.where(n[..., None] > 0, mean, jnp.nan)
-    known = spread * jnp.sqrt(shared + (1 - shared) / jnp.maximum(jnp.sum(used), 1))
+    known = spread * jnp.sqrt(shared + (1 - shared) / jnp.maximum(jnp.sum(used.astype(pixels.dtype)), 1))
     ends = held_points(held)
     seen = Seen(mean, jnp.broadcast_to(known, (2,)), jnp.ones(2, bool), depth, count)
     return finger_line(cameras, seen, start, safe_norm(ends[-1] - ends[0]), FingerParams())
