@@ -82,7 +82,7 @@ def by_way(axes: Axes, case: Case) -> None:
     way = case["way"]
     shown = (
         ("world", OBSTACLE, "model in space"),
-        ("map", BEST, "by landmarks in two cameras"),
+        ("map", BEST, "by pixels in two cameras"),
         ("true", START, "true line, by the map"),
     )
     for of, colour, text in shown:
