@@ -31,7 +31,7 @@ READ = """
   `reach_in`, seed 0. The baseline was tuned beside `reach_in` and `reach_and_stay`, seeds 0 and 3. These pairs are in the table.
 * **The safety layer is what is rough.** Where a zone tightens or a stop begins it cuts the speed within a tick or two, and beside a hand that stays
   it stops, retreats and is released, by directions that carry the noise of images. That is what `ours` has above `ours_free`, at 50 Hz by a factor of
-  hundreds; the baseline under it is as rough. It also keeps the arm where it is slow when a hand comes, and a slow arm does not get out of the way of a hand.
+  hundreds. The baseline under it is half as rough in jerk, as it stays on its path, and its curvature hardly changes. It also keeps the arm where it is slow when a hand comes, and a slow arm does not get out of the way of a hand.
 * **Time and jerk trade** by a factor of a thousand (hri-baseline.md), and `trade.png` shows both: a ratio of jerks says something beside the ratio of times alone. A straight leg
   from rest to rest in the time T has a mean squared jerk of 720 L^2 / T^6 at least (Flash and Hogan 1985): 1.7 m^2/s^6 in the baseline's
   2.5 s. The baseline's free leg has 6; five times less than it is not to be had in its time by anyone who comes to rest with no
@@ -44,8 +44,10 @@ READ = """
 * **Three comparisons, one set of bars.** Ours slow and stop by speed and separation, the baseline by padding alone, so that the first rows compare an
   arm that keeps the standard's distance with one that passes people at some cm. `_free` is ours without that layer beside the same baseline, as in the paper,
   where neither system has one: policies against planning. `_guarded` is ours beside the baseline under the same layer (`baseline/guard.py`): the same
-  monitor, field and limits, from the same images, slow its motions on their paths. `_equal` is ours beside a baseline slowed to about our cycle time.
-  The bars are shown for all of them.
+  monitor, field and limits, from the same images, slow its motions on their paths, before its joint servo; ours are bounded after all feedback. A
+  motion of it that begins gets its pace as a path clock does, 0.2 s late. Where hardly anybody arrives, cycle times are those of the run's length, and
+  their ratio says little. `_equal` is ours beside a baseline slowed to about our cycle time.
+  Where a run had it, it has no bars; the others have.
 * **Who stands is smooth**: jerk of an arm that was stopped for half of the run is low, and its cycle long.
 * **Recall** asks 33 configurations between the waypoints every 0.2 s, whether they are within 3 cm of what the system knows. Our field is a lower bound
   of the distance to people, so that it also says so of configurations farther away: `false_alarms`.

@@ -33,7 +33,7 @@ SCENE = "hri"
 """The scene with the paper's waypoints."""
 OURS: dict[str, str] = {
     "ours": "our policies on our field along a route to and fro, with speed and separation (mode both)",
-    "nearest": "the same on the distance to the nearest point",
+    "nearest": "ours on the distance to the nearest point",
     "path": "our path, whose clock alone reacts (mode path)",
     "ours_free": "ours without speed and separation",
 }

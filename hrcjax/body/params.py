@@ -53,6 +53,8 @@ class BodyParams(eqx.Module):
     """Points with which a body is looked for [1]."""
     close: Scalar = 0.03
     """Points this near to the surface are explained [m]."""
+    strange: Scalar = 0.1
+    """Points farther from it may be somebody else's, or a thing's that the person holds [m]."""
     explained: Scalar = 0.5
     """Share of the points that must be explained for the track to hold [1]."""
     doubtful: Scalar = 0.9

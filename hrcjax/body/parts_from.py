@@ -44,8 +44,9 @@ def seen_since(fit: BodyFit) -> Float[Array, "part"]:
 def parts_from(params: BodyParams, fit: BodyFit, x: Vector3, horizon: Scalar) -> PartsFrom:
     """How far every part of the body is from a place, and how fast it may come.
 
-    The surface that is nearest now is not the one that arrives first: the hand of a forearm across the line may. Both ends of a part
-    count with their own speed, less what they are farther by over the horizon: a linear bound of the way until then.
+    The surface that is nearest now is not the one that arrives first: the hand of a forearm across the line may. With u from the nearest
+    place of the axis to x, no place of a part is nearer to x than along u, and along u both ends bound all between them: each counts
+    with its speed along u, less what it is farther by over the horizon. While joints keep their speeds, this bounds every way until then.
 
     Args:
         fit: of one frame.
@@ -58,21 +59,24 @@ def parts_from(params: BodyParams, fit: BodyFit, x: Vector3, horizon: Scalar) ->
     nearest = jnp.clip(safe_divide(jnp.sum((x - capsules.a) * axis, axis=1), jnp.sum(axis * axis, axis=1)), 0, 1)
     along = jnp.stack([nearest, jnp.zeros_like(nearest), jnp.ones_like(nearest)])  # (place part)
     gap = x - capsules.a - along[..., None] * axis
-    size = safe_norm(gap)
-    u = safe_divide(gap, size[..., None])
+    size = safe_norm(gap[0])
+    u = safe_divide(gap[0], size[:, None])
+    farther = jnp.maximum(jnp.einsum("spc,pc->sp", gap, u) - size, 0.0)
     ends = jnp.asarray(END_A, dtype), jnp.asarray(END_B, dtype)
     share = ends[0] + along[..., None] * (ends[1] - ends[0])  # (place part joint)
 
     def deviation(of: Float[Array, "joint 3 3"]) -> Float[Array, "place part"]:
-        # joints of one part err together at worst: deviations add up
-        return jnp.sum(share * safe_sqrt(jnp.einsum("spc,jcd,spd->spj", u, of, u)), axis=-1)
+        # joints of one part err together at worst: deviations add up; a variance below 0 is rounding, and says nothing
+        square = jnp.einsum("pc,jcd,pd->pj", u, of, u)
+        each = jnp.where(square < 0, ANY_SPEED, safe_sqrt(jnp.maximum(square, 0.0)))
+        return jnp.sum(share * each, axis=-1)
 
-    speed = jnp.sum(jnp.einsum("spj,jc->spc", share, fit.speeds) * u, axis=-1)
+    speed = jnp.einsum("spc,pc->sp", jnp.einsum("spj,jc->spc", share, fit.speeds), u)
     bound = speed + params.deviations * deviation(fit.speed_covariance)
-    bound = jnp.max(bound - (size - size[0]) / horizon, axis=0)
+    bound = jnp.max(bound - farther / horizon, axis=0)
     of_place = deviation(fit.place_covariance)[0]
     known = (seen_since(fit) <= params.sure_unseen) & (of_place < params.sure_position)
-    distance = size[0] - capsules.radius
+    distance = size - capsules.radius
     return PartsFrom(
         jnp.where(known, distance, distance - params.deviations * of_place), jnp.where(known, bound, ANY_SPEED), known
     )  # fmt: skip

@@ -65,6 +65,8 @@ class BodyFit(eqx.Module):
     """Time since the track began [s]."""
     tracked: Bool[Array, "*frame"]
     """Whether there is a track; nothing else means anything where there is none."""
+    strange: Float[Array, "*frame point 3"]
+    """Points of the frame that are not of this body: farther from all of its parts than `BodyParams.strange`; far away where there is none [m]."""
 
 
 def shape_deviations(params: BodyParams, dtype: jnp.dtype | type) -> Float[Array, "shape"]:

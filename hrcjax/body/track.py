@@ -14,6 +14,7 @@ from hrcjax.body.skeleton import HIP, LEFT, NECK_BASE, PARTS, RADIUS_NAMES, RIGH
 from hrcjax.body.state import KNOWN, PLACES, SHAPE, BodyFit, BodyState, initial_body
 from hrcjax.body.surface import Near
 from hrcjax.geom.cloud import Cloud
+from hrcjax.geom.segment import FAR
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Mask, Points, Scalar, Vector3
 
@@ -80,7 +81,7 @@ def track_body(
     each = jnp.arange(11)
     fit = BodyFit(
         after.joints, after.radii, after.speeds, places[each, :, each], speeds[each, :, each], after.lengths, seen, after.unseen,
-        share, after.age, after.tracked,
+        share, after.age, after.tracked, jnp.where((cloud.mask & (near.distance > params.strange))[:, None], cloud.points, FAR),
     )  # fmt: skip
     return after, fit
 

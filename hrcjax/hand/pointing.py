@@ -142,7 +142,7 @@ def update_pointing(
     variance = jnp.trace(covariance, axis1=-2, axis2=-1)
     stays = (state.images > 0) & jnp.all(away <= params.still + 3.0 * safe_sqrt(variance))
     lost = jnp.where(pointing, 0.0, state.lost + dt)
-    keep = jnp.where(pointing, stays, lost <= params.gap)
+    keep = jnp.where(pointing, stays & (state.lost + dt <= params.gap), lost <= params.gap)
     fade = jnp.where(keep, jnp.where(pointing, 1.0 - jnp.minimum(dt / params.dwell, 1.0), 1.0), 0.0)
     new = pointing.astype(points.dtype)
     own = jnp.where(pointing, jnp.maximum(variance - jnp.trace(common, axis1=-2, axis2=-1), 0.0), 0.0)

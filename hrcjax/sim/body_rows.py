@@ -6,31 +6,32 @@ import jax.numpy as jnp
 from hrcjax.body import BodyFit, BodyParams
 from hrcjax.body.parts_from import head_gap, parts_from, sure_track, surface_gap
 from hrcjax.geom.segment import FAR
+from hrcjax.numerics import safe_norm
 from hrcjax.robot import COVER_MARGIN
 from hrcjax.sim.govern import Rows
 from hrcjax.sim.parts import BodyRows
 from hrcjax.typing import Array, Float, Scalar
 
-HORIZON = 0.45
-"""Time in which the arm has surely stopped from full speed, the reaction time included [s]."""
 EXPLAINED = 0.2
 """A surface of people is the body's where it is no farther in front of it than this. The default field takes off 3.5 cm by spread and noise
 near the arm and 11 cm beyond its reach, 1 cm by the arm's cover, and some 3 cm by its kernel; points and body are known to 5 cm [m]."""
 
 
 def body_rows(
-    params: BodyParams, fit: BodyFit, x: Float[Array, "point 3"], people: Rows, age: Scalar, horizon: float = HORIZON
+    params: BodyParams, fit: BodyFit, x: Float[Array, "point 3"], people: Rows, age: Scalar, horizon: Scalar
 ) -> BodyRows:  # fmt: skip
     """The body from every control point and surface near it.
 
-    A row counts where the track is sure and the row's surface, as the field reads it, lies on the body: points that no part explains
-    stay points of which nothing else is known.
+    A row counts where the track is sure, the row's surface, as the field reads it, lies on the body, and no point of the image that is
+    not of the body is so near that the surface could be its: of points that no part explains nothing else is known. What is within
+    `BodyParams.strange` of the body counts as of it.
 
     Args:
         fit: the body in the image in use.
         x: control points [m].
         people: the rows towards people.
         age: of the image; infinite: there is none [s].
+        horizon: time in which the arm has surely stopped from full speed, the reaction time included [s].
     """
     surfaces = people.g.shape[1]
     reach = people.reach.reshape(-1, surfaces)
@@ -42,7 +43,8 @@ def body_rows(
         parts = parts_from(params, fit, x, horizon)
         beyond = jnp.maximum(parts.distance - reach[:, None] - EXPLAINED, 0.0)
         gaps = jax.vmap(lambda p: surface_gap(fit, p))(x - reach[:, None] * g)
-        on = (gaps < EXPLAINED) & (jnp.sum(g * g, axis=1) > 0.25)
+        others = jnp.min(safe_norm(x - fit.strange))
+        on = (gaps < EXPLAINED) & (others > reach + EXPLAINED) & (jnp.sum(g * g, axis=1) > 0.25)
         nearest = jnp.full_like(reach, FAR).at[0].set(jnp.min(parts.distance))
         return on, jnp.broadcast_to(parts.v_h, beyond.shape), beyond, nearest
 

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from hrcjax.body import BodyFit, BodyParams, BodyState, initial_body, track_body
+from hrcjax.geom.segment import FAR
 from hrcjax.presence import VoxelLayout
 from hrcjax.presence.image_points import image_points
 from hrcjax.presence.track import Track
@@ -36,7 +37,7 @@ def nobody_followed(params: BodyParams, time: Float[Array, ""]) -> Followed:
     count = state.joints.shape[0]
     nothing = BodyFit(
         state.joints, state.radii, state.speeds, jnp.zeros((count, 3, 3), dtype), jnp.zeros((count, 3, 3), dtype), state.lengths,
-        jnp.zeros_like(state.unseen), state.unseen, zero, zero, state.tracked,
+        jnp.zeros_like(state.unseen), state.unseen, zero, zero, state.tracked, jnp.full((POINTS, 3), FAR, dtype),
     )  # fmt: skip
     return Followed(state, nothing, time)
 

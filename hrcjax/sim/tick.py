@@ -40,6 +40,8 @@ TORQUE_LIMITED = 2
 NOT_FINITE_TORQUE = 4
 NOT_FINITE_READING = 8
 STOP_COMMANDED = 16
+FULL_SPEED = 1.05
+"""A point of the arm is not faster where the speed of a body counts [m/s]."""
 STATUS_WORDS = {
     NOT_FINITE_COMMAND: "command not finite",
     TORQUE_LIMITED: "torque limited",
@@ -147,7 +149,9 @@ def tick(
     mobility = contact_mobility_rows(cell, q, tool, towards_people)
     followed = None
     if cell.body is not None and sensed.body is not None:
-        followed = computed(body_rows(cell.body, sensed.body, body.x, towards_people, sensed.age))
+        ssm = cell.safety.yardstick(params.safety)
+        stops = ssm.reaction_time + FULL_SPEED / ssm.brake
+        followed = computed(body_rows(cell.body, sensed.body, body.x, towards_people, sensed.age, stops))
     separation = Separation(
         towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility, towards_people.nearest(), followed
     )  # fmt: skip

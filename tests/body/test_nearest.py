@@ -19,6 +19,7 @@ def fit_with(velocity: tuple[float, float, float], deviation: float = 0.05) -> B
     return BodyFit(
         joints, jnp.asarray(USUAL_RADII), jnp.broadcast_to(jnp.asarray(velocity), (11, 3)), 1e-4 * every, deviation**2 * every,
         jnp.asarray(USUAL_LENGTHS), jnp.full((10,), 9.0), jnp.zeros((10,)), jnp.asarray(1.0), jnp.asarray(2.0), jnp.asarray(True),
+        jnp.full((4, 3), 100.0),
     )  # fmt: skip
 
 

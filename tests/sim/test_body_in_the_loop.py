@@ -37,7 +37,7 @@ def body(place: np.ndarray, velocity: tuple[float, float, float] = (0.0, 0.0, 0.
     fit = BodyFit(
         jnp.asarray(SHAPE + place), jnp.asarray(USUAL_RADII), jnp.broadcast_to(jnp.asarray(velocity), (11, 3)), 1e-5 * every,
         1e-4 * every, jnp.asarray(USUAL_LENGTHS), jnp.full((10,), 9.0), jnp.zeros((10,)), jnp.asarray(1.0), jnp.asarray(2.0),
-        jnp.asarray(True),
+        jnp.asarray(True), jnp.full((4, 3), 100.0),
     )  # fmt: skip
     return replace(fit, **{name: jnp.asarray(value) for name, value in changed.items()})
 
@@ -78,7 +78,7 @@ def told(cell: Cell):
         at, _ = control_motion(cell, q, jnp.zeros_like(q))
         rows = read_room(PARAMS, cell, Fields((surface.joints, surface.radii, point), None), at)[1]
         age = jnp.asarray(0.06)
-        found = body_rows(cell.body, fit, at.x, rows, age)
+        found = body_rows(cell.body, fit, at.x, rows, age, 0.45)
         return Separation(
             rows.distance, jnp.zeros_like(rows.distance), age, jnp.asarray(True), jnp.asarray(False), cell.dt, None, rows.nearest(), found
         )  # fmt: skip
@@ -165,6 +165,19 @@ def test_points_that_no_part_explains_stay_points(told, tool: np.ndarray) -> Non
     assert found.zone == expected.zone
     np.testing.assert_array_equal(found.point_limit[nearest], expected.point_limit[nearest])
     assert decide(told(fit))[1].speed_limit > found.speed_limit
+
+
+def test_a_strange_point_beside_the_body_has_the_assumed_speed(told, tool: np.ndarray) -> None:
+    """A hand of somebody else 12 cm before a person who stands still: it may come as fast as anybody."""
+    away = np.array([0.0, 0.5, 0.0])
+    fit = body(beside(tool, 0.62), strange=np.stack([tool + away, *np.full((3, 3), 100.0)]))
+    alone = body(beside(tool, 0.62))
+    with_hand, without_hand = told(fit, tool + away), told(alone, tool + away)
+    nearest = int(jnp.argmin(with_hand.distance))
+    assert not bool(with_hand.body.counts[nearest])
+    (_, found), (_, expected) = decide(with_hand), decide(without(with_hand))
+    np.testing.assert_array_equal(found.point_limit[nearest], expected.point_limit[nearest])
+    assert bool(without_hand.body.counts[nearest])  # what the points of the image are for
 
 
 def test_the_separation_is_never_above_the_field(told, tool: np.ndarray) -> None:
@@ -256,8 +269,9 @@ def test_in_a_tick(cell: Cell, tool: np.ndarray) -> None:
     calm = replace(cell, policy=lambda params, arm, goal, room, limits: jnp.zeros_like(arm.q))
     off = replace(calm, body=None)
     with_body, zone = jax.jit(lambda: limit(calm, fit))()
-    for other in (jax.jit(lambda: limit(off, fit))(), jax.jit(lambda: limit(calm, None))()):
-        assert with_body > other[0] + 0.02
+    others = jax.jit(lambda: limit(off, fit))(), jax.jit(lambda: limit(calm, None))()
+    assert others[0] == others[1]
+    assert with_body > others[0][0] + 0.02
     assert zone != GREEN and with_body < FAR
 
 
