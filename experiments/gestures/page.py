@@ -23,7 +23,7 @@ of MediaPipe. What looks like none of these gestures is no command.
   as shipped; with half the noise 0.971, 0.962, 0.977, 0.980; with 1.5 times the noise 0.980, 0.978, 0.964, 0.967. Half the noise
   gave 0.968 and 0.940 on the held-out blocks, which were looked at once before the noise was chosen.
 * **Commands**: a frame votes for a command where the gesture's probability is high enough. Stop needs two votes, with at most two frames
-  between them that see nothing. Go, point and home need half a second or more, in which a frame without vote takes away twice its time; a stop takes back what was shown before it. A
+  between them without a vote. Go, point and home need half a second or more, in which a frame without vote takes away twice its time; a stop takes back what was shown before it. A
   command is given in a frame that votes for it: the loss of a hand gives none, and ends no stop. Only a go lets the arm move; point and
   home choose where to. `configs/gestures/commands.toml` is the table.
 * **Streams**: made of the held-out rows at 30 frames a second. The first has no go: no hand, hands in disorder, other gestures, open and

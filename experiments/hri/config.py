@@ -14,7 +14,7 @@ All systems get images of the same cameras, people and noise, with the arm where
 exact truth:
 
   ours              our policies on our field along a route to and fro, with speed and separation (mode both)
-  nearest           the same on the distance to the nearest point
+  nearest           ours on the distance to the nearest point
   path              our path, whose clock alone reacts (mode path)
   ours_free         ours without speed and separation, as the baseline has none
   baseline          OctoMap, BFMT*, toppra and a monitor that stops and plans anew, as in the paper (pip install 'hrcjax[baselines]')

@@ -18,7 +18,7 @@ MOST_GAP = 0.5
 """The longest gap between frames over which a table may let a hand count on [s]."""
 SAFE = {
     "go": {"hold": ("at least", 0.5), "certainty": ("at least", 0.5), "frames": ("at least", 2), "misses": ("at most", 0), "loss": ("at least", 1)},
-    "stop": {"hold": ("at most", 0.2), "certainty": ("at most", 0.9), "frames": ("at most", 3)},
+    "stop": {"hold": ("at most", 0.2), "certainty": ("at most", 0.9), "frames": ("at most", 3), "loss": ("at most", 2)},
 }  # fmt: skip
 """Bounds of the fields of a rule: without hold, row and loss of its time, a go would come of moments of a closed hand."""
 

@@ -121,6 +121,10 @@ def test_a_hand_that_moves_begins_anew_and_a_short_loss_does_not() -> None:
         assert not bool(done), "what is no number never points"
         kept = gone if k == 2 else kept
     assert float(kept.held) == pytest.approx(float(state.held)) and float(gone.held) == 0 and float(gone.images) == 0
+    late, done = update_pointing(
+        PARAMS, state, jnp.asarray(points, float), jnp.asarray(known, float), jnp.asarray(NONE), True, 2.0
+    )
+    assert float(late.held) == 0 and not bool(done), "an image after a pause is the first of another hand"
 
 
 def test_what_is_known_badly_may_move_more() -> None:

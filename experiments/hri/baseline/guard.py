@@ -41,7 +41,8 @@ class Guard:
     """Speed and separation for a motion that is planned elsewhere, from the same images: the parts of `hrcjax.sim.tick`, without path and policy.
 
     As in mode path the geometry is fixed, and all joints are slowed alike. The pace falls to what is allowed at once, and grows with
-    the acceleration and jerk of our path clock.
+    the acceleration and jerk of our path clock, from rest where a motion begins. What the joint servo adds afterwards, to follow its
+    command, is not bounded, other than in our tick.
     """
 
     def __init__(self, cell: Cell, params: Params, known: Surveyed, key: PRNGKeyArray, full: float) -> None:
