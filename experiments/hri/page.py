@@ -46,8 +46,7 @@ READ = """
   where neither system has one: policies against planning. `_guarded` is ours beside the baseline under the same layer (`baseline/guard.py`): the same
   monitor, field and limits, from the same images, slow its motions on their paths, before its joint servo; ours are bounded after all feedback. A
   motion of it that begins gets its pace as a path clock does, 0.2 s late. Where hardly anybody arrives, cycle times are those of the run's length, and
-  their ratio says little. `_equal` is ours beside a baseline slowed to about our cycle time.
-  Where a run had it, it has no bars; the others have.
+  their ratio says little. `_equal` is ours beside a baseline slowed to about our cycle time, and has no bars.
 * **Who stands is smooth**: jerk of an arm that was stopped for half of the run is low, and its cycle long.
 * **Recall** asks 33 configurations between the waypoints every 0.2 s, whether they are within 3 cm of what the system knows. Our field is a lower bound
   of the distance to people, so that it also says so of configurations farther away: `false_alarms`.
