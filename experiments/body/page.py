@@ -32,7 +32,8 @@ capsules of the person are for the measures alone. Research software, not safety
 * **In the loop**, where the track is sure, every part of the body counts with its own speed towards each control point and with how much
   farther it is than what the distance field reads there: zones and limits follow S_p of these speeds, which may grow by 4 m/s^2 while the
   arm stops, and never need more than the assumed speed does. Parts that are not seen may come at 2 m/s. A surface that the field reads
-  over 20 cm in front of the body is nobody's: it counts with the assumed speed. The field's bound is never exceeded; where the body is
+  over 20 cm in front of the body is nobody's: it counts with the assumed speed, and so does every surface near which the image has a point
+  over 10 cm from all of the body: somebody else's hand, or what the person holds. The field's bound is never exceeded; where the body is
   nearer, it counts. In red the contact speed is that of the regions that may be nearest, and under 0.5 m from the head the arm stops.
   Without a sure track all is as without a body.
 * **Episodes** (rows of the loop): the arm of the papers' cell in mode "both" beside the same people, in five variants of one program that

@@ -9,11 +9,10 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import FAR
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.robot import Arm, point_motion
+from hrcjax.robot.link_spheres import link_spheres
 from hrcjax.safety import SsmParams, allowed_speed, assumed_human_speed, stopping_distance, stopping_time
 from hrcjax.typing import Array, Float
 
-GAP = 0.03
-"""Largest distance between two neighbours of the spheres that stand for a capsule of the arm [m]."""
 STRIDE = 3
 """Ticks between two poses of the person of which speeds are taken: motions have a pose each 33 ms."""
 FASTEST = 1.0
@@ -36,18 +35,6 @@ class Exposure(eqx.Module):
     """The most that C exceeds what is left when a point that approaches brakes now and the person goes on as they really do [m]."""
 
 
-def spheres(arm: Arm) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
-    """Links, offsets (sphere 3) [m] and radii (sphere) [m] of spheres along the capsules of the moving links."""
-    links, offsets, radii = [], [], []
-    for k in np.flatnonzero(np.asarray(arm.capsule_links) >= min(arm.control_links)):
-        a, b = np.asarray(arm.capsule_a[k]), np.asarray(arm.capsule_b[k])
-        count = max(int(np.ceil(np.linalg.norm(b - a) / GAP)) + 1, 2)
-        offsets.append(np.linspace(a, b, count))
-        links += [int(arm.capsule_links[k])] * count
-        radii += [float(arm.capsule_radii[k])] * count
-    return tuple(links), np.concatenate(offsets), np.asarray(radii)
-
-
 def _gaps(x: Array, person: Capsules) -> tuple[Array, Array]:
     """Of every capsule: distance of a place to its surface, FAR where nobody is, and unit direction from it."""
     way, off = person.b - person.a, x - person.a
@@ -67,7 +54,7 @@ def real_exposure(
         dt: length of a tick [s].
         person: at every tick.
     """
-    links, offsets, radii = spheres(arm)
+    links, offsets, radii = link_spheres(arm)
     radius = jnp.asarray(radii, q.dtype)
     before = int(np.ceil(float(ssm.reaction_time) / dt / STRIDE - 1e-6))
     ahead = int(np.ceil(FASTEST / float(ssm.brake) / dt / STRIDE)) + 1

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hrcjax.robot import Arm
+from hrcjax.robot.link_spheres import link_spheres
 from hrcjax.safety import BODY_REGIONS, BodyRegion, PflParams
-
-from .exposure import spheres
 
 NEAR = 0.2
 """Nearer than this a contact can come within the reaction time: 2 m/s for 0.1 s [m]."""
@@ -54,7 +53,7 @@ class ContactRatio:
         """Args: pfl: masses; the payload sits at the tool point."""
         self.arm, self.model, self.data = arm, arm.model, mujoco.MjData(arm.model)
         self.payload, self.rule = float(pfl.payload), 1.0 / (float(pfl.arm_mass) / 2 + float(pfl.payload))
-        self.links, self.offsets, self.radii = spheres(arm)
+        self.links, self.offsets, self.radii = link_spheres(arm)
 
     def _jacobian(self, link: int, offset: NDArray) -> tuple[NDArray, NDArray]:
         """Place of a point of a link [m] and its Jacobian [m]."""

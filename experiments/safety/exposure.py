@@ -9,11 +9,10 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.segment import FAR
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.robot import Arm, point_motion
+from hrcjax.robot.link_spheres import link_spheres
 from hrcjax.safety import SsmParams, allowed_speed, assumed_human_speed, stopping_distance, stopping_time
 from hrcjax.typing import Array, Float, Joints
 
-GAP = 0.03
-"""Largest distance between two neighbours of the spheres that stand for a capsule of the arm [m]."""
 TOWARDS = 0.005
 """Slower than this towards a person the arm does not approach; faster than allowed by more is a violation [m/s]."""
 LOOKED_AT = 96
@@ -41,21 +40,9 @@ class Exposure(eqx.Module):
     [m]."""
 
 
-def spheres(arm: Arm) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
-    """Links, offsets (sphere 3) [m] and radii (sphere) [m] of spheres along the capsules that the control points cover."""
-    links, offsets, radii = [], [], []
-    for k in np.flatnonzero(np.asarray(arm.capsule_links) >= min(arm.control_links)):
-        a, b = np.asarray(arm.capsule_a[k]), np.asarray(arm.capsule_b[k])
-        count = max(int(np.ceil(np.linalg.norm(b - a) / GAP)) + 1, 2)
-        offsets.append(np.linspace(a, b, count))
-        links += [int(arm.capsule_links[k])] * count
-        radii += [float(arm.capsule_radii[k])] * count
-    return tuple(links), np.concatenate(offsets), np.asarray(radii)
-
-
 def towards(arm: Arm, q: Joints, qd: Joints, person: Capsules) -> tuple[Float[Array, "sphere"], Float[Array, "sphere"]]:
     """Distance of every sphere to the person [m], and its speed towards the person, who is held [m/s]; FAR and 0: nobody."""
-    links, offsets, radii = spheres(arm)
+    links, offsets, radii = link_spheres(arm)
     moved = point_motion(arm.chain, q, qd, links, offsets)
 
     def one(x: Array, xd: Array, radius: Array) -> tuple[Array, Array]:

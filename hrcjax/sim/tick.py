@@ -40,8 +40,6 @@ TORQUE_LIMITED = 2
 NOT_FINITE_TORQUE = 4
 NOT_FINITE_READING = 8
 STOP_COMMANDED = 16
-FULL_SPEED = 1.05
-"""A point of the arm is not faster where the speed of a body counts [m/s]."""
 STATUS_WORDS = {
     NOT_FINITE_COMMAND: "command not finite",
     TORQUE_LIMITED: "torque limited",
@@ -50,6 +48,8 @@ STATUS_WORDS = {
     STOP_COMMANDED: "stopped by command",
 }
 """Bit of a tick's status -> text, for `hrcjax.bits.words`."""
+FULL_SPEED = 1.05
+"""The time to stop from at least this speed is how far ahead the parts of a body are looked at [m/s]."""
 
 
 class TickState(eqx.Module):
@@ -150,7 +150,7 @@ def tick(
     followed = None
     if cell.body is not None and sensed.body is not None:
         ssm = cell.safety.yardstick(params.safety)
-        stops = ssm.reaction_time + FULL_SPEED / ssm.brake
+        stops = ssm.reaction_time + jnp.maximum(fastest(towards_people.J, qd), FULL_SPEED) / ssm.brake
         followed = computed(body_rows(cell.body, sensed.body, body.x, towards_people, sensed.age, stops))
     separation = Separation(
         towards_people.distance, approach, sensed.age, sensed.valid, sensed.guarded, dt, mobility, towards_people.nearest(), followed

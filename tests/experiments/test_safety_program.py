@@ -14,7 +14,7 @@ from experiments.safety.contact_ratio import NEAR, REGIONS_OF, ContactRatio
 from experiments.safety.deviation import clock_motion, from_curve
 from experiments.safety.draws import Drawer, images_in_use, moved, played_at
 from experiments.safety.exact_field import EXACT_FIELD, Margin, Shapes
-from experiments.safety.exposure import exposed, spheres, towards
+from experiments.safety.exposure import exposed, towards
 from experiments.safety.limits import upper_limit
 from experiments.safety.lost_time import lost_by_zone
 from experiments.safety.page import command, page
@@ -34,6 +34,7 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.lab.errors import UsageError
 from hrcjax.reference.truth import approach_speeds, person_distances
 from hrcjax.robot import mass_matrix, point_motion
+from hrcjax.robot.link_spheres import link_spheres
 from hrcjax.safety import (
     BODY_REGIONS,
     ContactMobility,
@@ -90,7 +91,7 @@ def test_nobody_is_far_and_not_approached(cell: Cell) -> None:
     nobody = Capsules(jnp.zeros((2, 3)), jnp.ones((2, 3)), -jnp.ones(2))
     q = jnp.asarray(cell.arm.home)
     d, v = towards(cell.arm, q, jnp.ones(6), nobody)
-    assert np.all(d == 10) and np.all(v == 0) and len(d) == len(spheres(cell.arm)[0])
+    assert np.all(d == 10) and np.all(v == 0) and len(d) == len(link_spheres(cell.arm)[0])
 
 
 def test_excess_is_by_the_largest_distance_and_by_the_best_pose_within_the_reaction_time(cell: Cell) -> None:
@@ -122,7 +123,7 @@ def test_excess_is_by_the_largest_distance_and_by_the_best_pose_within_the_react
 
 
 def person_tip(cell: Cell, q: np.ndarray) -> np.ndarray:
-    links, offsets, _ = spheres(cell.arm)
+    links, offsets, _ = link_spheres(cell.arm)
     from hrcjax.robot import points_on_links
 
     return np.asarray(points_on_links(cell.arm.chain, jnp.asarray(q), links[-1:], offsets[-1:])[0])
@@ -192,7 +193,7 @@ def test_the_reflected_mass_is_for_its_variant_alone(cell: Cell) -> None:
 def test_contact_ratios_against_the_library(cell: Cell) -> None:
     """Random motions beside a hand and a head: the same from the library's kinematics, inertia and table, point by point."""
     safety, arm = SafetyParams(), cell.arm
-    ratio, (links, offsets, radii) = ContactRatio(arm, safety.pfl), spheres(arm)
+    ratio, (links, offsets, radii) = ContactRatio(arm, safety.pfl), link_spheres(arm)
     links = (*links, arm.tool_link)
     offsets = np.concatenate([offsets, arm.tool_offset[None]])
     at = jax.jit(lambda q: (point_motion(arm.chain, q, jnp.zeros_like(q), links, offsets), mass_matrix(arm.chain, q)))
