@@ -8,8 +8,9 @@ import pytest
 
 from experiments.body.loop import VARIANTS
 from experiments.body.loop_rows import broken, definition, loop_rows
-from experiments.body.real_speed import STRIDE, real_exposure, spheres
+from experiments.body.real_speed import STRIDE, real_exposure
 from experiments.body.rows import holds
+from hrcjax.robot.link_spheres import link_spheres
 
 DT, TICKS = 0.008, 70
 
@@ -52,7 +53,7 @@ def gap(x: np.ndarray, a: np.ndarray, b: np.ndarray, radius: np.ndarray) -> tupl
 
 def test_exposure_against_plain_loops(measured) -> None:
     arm, ssm, q, qd, a, b, radius, found = measured
-    links, offsets, radii = spheres(arm)
+    links, offsets, radii = link_spheres(arm)
     data = mujoco.MjData(arm.model)
 
     def places(k: int) -> tuple[np.ndarray, np.ndarray]:
