@@ -90,17 +90,22 @@ def surface_gap(fit: BodyFit, x: Vector3) -> Float[Array, ""]:
     return jnp.min(safe_norm(x - capsules.a - along[:, None] * axis) - capsules.radius)
 
 
-def head_gap(fit: BodyFit, x: Float[Array, "point 3"], time: Scalar) -> Float[Array, "point"]:
-    """Least distance of places from the head's surface, where it is and where it will be if it goes on as it does [m].
+def head_gap(
+    fit: BodyFit, x: Float[Array, "point 3"], time: Scalar
+) -> tuple[Float[Array, "point"], Float[Array, "point 3"]]:
+    """Least distance of places from the head's surface, where it is and where it will be if it goes on as it does [m]; its gradients [1].
 
     Args:
         time: from the frame on [s].
     """
 
-    def gaps(joints: Float[Array, "joint 3"]) -> Float[Array, "point"]:
+    def gaps(joints: Float[Array, "joint 3"]) -> tuple[Array, Array]:
         capsules = part_capsules(joints, fit.radii)
         a, axis, radius = capsules.a[HEAD_PART], (capsules.b - capsules.a)[HEAD_PART], capsules.radius[HEAD_PART]
         along = jnp.clip(safe_divide(jnp.sum((x - a) * axis, axis=1), jnp.sum(axis * axis)), 0, 1)
-        return safe_norm(x - a - along[:, None] * axis) - radius
+        gap = x - a - along[:, None] * axis
+        size = safe_norm(gap)
+        return size - radius, safe_divide(gap, size[:, None])
 
-    return jnp.min(jax.vmap(gaps)(jnp.stack([fit.joints, fit.joints + time * fit.speeds])), axis=0)
+    distance, away = jax.vmap(gaps)(jnp.stack([fit.joints, fit.joints + time * fit.speeds]))
+    return jnp.min(distance, axis=0), jnp.where((distance[0] <= distance[1])[:, None], away[0], away[1])

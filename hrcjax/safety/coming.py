@@ -82,6 +82,17 @@ def row_thresholds(params: SafetyParams, coming: Coming) -> ZoneThresholds:
     )
 
 
+def leaving_thresholds(params: SafetyParams, coming: Coming, rows: ZoneThresholds) -> ZoneThresholds:
+    """Where zones may be relaxed again, for every row: `zone.hysteresis` beyond an assumed speed's, `zone.measured_hysteresis` beyond what is
+    measured [m].
+
+    Args:
+        rows: `row_thresholds`.
+    """
+    slack = jnp.where(coming.counts, params.zone.measured_hysteresis, params.zone.hysteresis)
+    return ZoneThresholds(rows.stop + slack, rows.yellow + slack, rows.green + slack)
+
+
 def at_the_nearest(d: Float[Array, "row"], rows: ZoneThresholds) -> ZoneThresholds:
     """Thresholds which the least distance is within exactly where some row is within its own [m].
 

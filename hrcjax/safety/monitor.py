@@ -5,8 +5,9 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.bits import pack, words
-from hrcjax.safety.coming import Coming, at_the_nearest, measured_limit, row_thresholds
+from hrcjax.safety.coming import Coming, at_the_nearest, leaving_thresholds, measured_limit, row_thresholds
 from hrcjax.safety.governor import speed_scale
+from hrcjax.safety.head import head_limit
 from hrcjax.safety.least_change import UNLIMITED
 from hrcjax.safety.params import SafetyParams
 from hrcjax.safety.ssm import assumed_human_speed
@@ -61,12 +62,15 @@ class SafetyDecision(eqx.Module):
     """Bits of why the robot is stopped; 0 exactly where the zone is not STOP. In words: `describe`."""
     any_limit: Float[Array, ""] | None = None
     """Largest speed of the reference in any direction; None: `speed_limit` [m/s]."""
-    aside: Float[Array, ""] | None = None
-    """How far the person may be beside where they are seen: the limits hold in all directions that this leaves open; None: 0 [m]."""
+    aside: Float[Array, "*row"] | None = None
+    """How far the person may be beside where they are seen, or of every row: the limits hold in all directions that this leaves open; None: 0
+    [m]."""
     widest: Float[Array, ""] | None = None
     """Sine of the largest angle between these and the direction seen; None: 1 [1]."""
     gain: Float[Array, ""] | None = None
     """How much faster the fastest point may become in this tick; None: no bound [m/s]."""
+    head_limit: Float[Array, "control"] | None = None
+    """Largest speed of every control point towards the head, as `point_limit`; None: which points are near it is not known [m/s]."""
 
 
 def monitor(
@@ -77,7 +81,7 @@ def monitor(
     age: Scalar,
     dt: Scalar,
     *,
-    head_distance: Scalar | None = None,
+    head_distance: Scalar | Float[Array, "control"] | None = None,
     valid: Bool[Array, ""] | bool = True,
     pfl_speed: Scalar | Float[Array, "point"] | None = None,
     v_h: Scalar | None = None,
@@ -98,7 +102,8 @@ def monitor(
         v_r: speed of every point towards the person [m/s].
         age: age of the person data [s].
         dt: time since the last tick [s].
-        head_distance: distance of the arm to the person's head; None: not watched [m].
+        head_distance: distance of the arm to the person's head, or of every control point, of which each then has its own limit
+            towards it; None: not watched [m].
         valid: whether the sensor vouches for the frame.
         pfl_speed: power-and-force speed, one for all points or of every point; None: not watched [m/s].
         v_h: person's measured speed towards the robot; None: assumed from the distance [m/s].
@@ -119,11 +124,14 @@ def monitor(
     invalid = ~jnp.asarray(valid)
     hold = old | ~finite | invalid
 
-    limits, stops_at = None, d  # what the distances count as where a stop begins as for an assumed speed
+    limits, leaving, stops_at = None, None, d  # what the distances count as where a stop begins as for an assumed speed
     if coming is not None:
         rows = row_thresholds(params, coming)
         limits, stops_at = at_the_nearest(d, rows), d + (zone_thresholds(params).stop - rows.stop)
-    state = update_zone(params, state, nearest, ~hold, dt, head_distance, jnp.where(guarded, YELLOW, GREEN), limits)
+        leaving = at_the_nearest(d, leaving_thresholds(params, coming, rows))
+    head_nearest = None if head_distance is None else jnp.min(jnp.asarray(head_distance))
+    least = jnp.where(guarded, YELLOW, GREEN)
+    state = update_zone(params, state, nearest, ~hold, dt, head_nearest, least, limits, leaving)
 
     near_now = d if by_now is None else jnp.minimum(d, by_now)
     measured = None if coming is None else measured_limit(params.ssm, near_now, coming)
@@ -145,12 +153,15 @@ def monitor(
 
     only_slows = params.zone.red_only_slows
     close = (nearest < (zone_thresholds(params) if limits is None else limits).stop) & (not only_slows)
-    head = jnp.asarray(False)
-    if head_distance is not None:
-        head = (jnp.asarray(head_distance) < params.zone.head_stop) & (not only_slows)
-        # which points are near the head is not known: until that stop ends, none approaches
-        near_head = jnp.asarray(head_distance) < params.zone.head_stop + params.zone.hysteresis
-        limit = jnp.where(near_head & (state.zone == STOP), jnp.minimum(limit, 0.0), limit)
+    head, towards_head = jnp.asarray(False), None
+    if head_distance is not None and head_nearest is not None:
+        head = (head_nearest < params.zone.head_stop) & (not only_slows)
+        if jnp.ndim(head_distance) == 0:
+            # which points are near the head is not known: until that stop ends, none approaches
+            near_head = head_nearest < params.zone.head_stop + params.zone.hysteresis
+            limit = jnp.where(near_head & (state.zone == STOP), jnp.minimum(limit, 0.0), limit)
+        elif not only_slows:
+            towards_head = jnp.where(hold, 0.0, head_limit(params, state.zone, jnp.asarray(head_distance)))
     scale = jnp.where(hold, 0.0, speed_scale(v_r, limit))
     reasons = pack(
         {OLD_DATA: old, MISSING_DATA: ~finite, INVALID_FRAME: invalid, TOO_CLOSE: close, HEAD_NEAR: head},
@@ -173,6 +184,7 @@ def monitor(
         aside=aside.astype(d.dtype),
         widest=jnp.asarray(params.zone.widest, d.dtype),
         gain=gain.astype(d.dtype),
+        head_limit=towards_head,
     )
 
 

@@ -33,6 +33,8 @@ class ZoneParams(eqx.Module):
     """Largest speed in red, the reduced speed of ISO 10218-1; yellow begins at S_p of it [m/s]."""
     hysteresis: float = 0.1
     """How much farther than a threshold the person must be before a zone is relaxed [m]."""
+    measured_hysteresis: float = 0.05
+    """The same where the person's speed is measured: thresholds hold its uncertainty already [m]."""
     relax_time: float = 0.1
     """How long that must last, about three camera frames; tightening never waits [s]."""
     head_stop: float = 0.5

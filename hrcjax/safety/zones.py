@@ -100,6 +100,7 @@ def update_zone(
     head_distance: Scalar | None = None,
     least: Int[Array, ""] | int = 0,
     thresholds: ZoneThresholds | None = None,
+    leaving: ZoneThresholds | None = None,
 ) -> ZoneState:
     """The zone one tick later.
 
@@ -113,10 +114,15 @@ def update_zone(
         head_distance: distance robot to head; None: not watched [m].
         least: the zone is at least this tight.
         thresholds: None: those of the assumed speed of a person, `zone_thresholds`.
+        leaving: beyond which zones are relaxed; None: `hysteresis` beyond `thresholds`.
     """
     tight = jnp.where(fresh, zone_at(params, d, head_distance, thresholds=thresholds), STOP)
     tight = jnp.maximum(tight, least).astype(jnp.int32)
-    loose = jnp.where(fresh, zone_at(params, d, head_distance, params.zone.hysteresis, thresholds), STOP)
+    slack = params.zone.hysteresis
+    beyond = zone_at(params, d, None, slack, thresholds) if leaving is None else zone_at(params, d, thresholds=leaving)
+    if head_distance is not None:
+        beyond = jnp.maximum(beyond, zone_at(params, NOBODY, head_distance, slack))
+    loose = jnp.where(fresh, beyond, STOP)
     loose = jnp.maximum(loose, least).astype(jnp.int32)
     relaxing = loose < state.zone
     candidate = jnp.where(relaxing, jnp.maximum(loose, state.candidate), GREEN).astype(jnp.int32)
@@ -157,16 +163,20 @@ def zone_speed(
     return jnp.where(zone == STOP, jnp.minimum(separated, red), jnp.where(zone == RED, red, separated))
 
 
-def retreat_share(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "point"]) -> Float[Array, "point"]:
+def retreat_share(
+    params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "point"], ends: Scalar | None = None
+) -> Float[Array, "point"]:
     """How far every point is asked to retreat instead of what it may: 1 at the retreat speed, 0 not at all [1].
 
-    In a stop alone, so that it can end. Falls to 0 over `RETREAT_RAMP` before `BEYOND_STOP` beyond the distance at which the stop
-    ends, and over `RETREAT_WIDTH` for points farther than the nearest: all at once often cannot, and would hold the one that can.
+    In a stop alone, so that it can end. Falls to 0 over `RETREAT_RAMP` before `ends`, and over `RETREAT_WIDTH` for points farther
+    than the nearest: all at once often cannot, and would hold the one that can.
 
     Args:
         d: distance of the points to the person [m].
+        ends: where nothing is asked for; None: `BEYOND_STOP` beyond the distance at which a stop for an assumed speed ends [m].
     """
-    ends = zone_thresholds(params).stop + params.zone.hysteresis + BEYOND_STOP
+    if ends is None:
+        ends = zone_thresholds(params).stop + params.zone.hysteresis + BEYOND_STOP
     d = jnp.minimum(d, NOBODY)  # no difference of infinite numbers
     near = jnp.clip((ends - d) / RETREAT_RAMP, 0.0, 1.0)
     nearest = jnp.clip(1.0 - (d - jnp.min(d)) / RETREAT_WIDTH, 0.0, 1.0)

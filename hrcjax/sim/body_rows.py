@@ -52,13 +52,14 @@ def body_rows(
     sure = sure_track(params, fit)
     far = jnp.asarray(FAR, reach.dtype)
     seconds = jnp.where(jnp.isfinite(age), age, 0.0)
-    head = jnp.min(head_gap(fit, x, seconds) - radius)
+    head, away = head_gap(fit, x, seconds)
     rows = people.distance.shape
     return BodyRows(
         counts=(sure & on).reshape(-1),
         v_h=jnp.where(sure, v_h, 0.0).reshape(*rows, -1),
         beyond=jnp.where(sure, beyond, 0.0).reshape(*rows, -1),
         distance=jnp.where(sure, nearest - radius[:, None], far).reshape(-1),
-        head_distance=jnp.where(sure, head, far),
+        head_distance=jnp.where(sure, head - radius, far),
+        head_gradient=jnp.where(sure, away, 0.0),
         gain=params.human_acceleration,
     )

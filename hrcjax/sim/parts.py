@@ -174,8 +174,10 @@ class BodyRows(eqx.Module):
     """How much farther the part is than the row's distance, at least [m]."""
     distance: Float[Array, "row"]
     """To the nearest part of the body, of the row that is nearest of its point; far of others and without a sure track [m]."""
-    head_distance: Float[Array, ""]
-    """Of the arm to the head, until now; far without a sure track [m]."""
+    head_distance: Float[Array, "point"]
+    """Of every control point's surface to the head, until now; far without a sure track [m]."""
+    head_gradient: Float[Array, "point 3"]
+    """Gradients of these distances; 0 without a sure track [1]."""
     gain: Scalar
     """How much faster a person may become: see `BodyParams.human_acceleration` [m/s^2]."""
 

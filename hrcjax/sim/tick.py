@@ -1,5 +1,6 @@
 """One control period: field reading, safety decision, policy, guards, joint servo."""
 
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -30,7 +31,7 @@ from hrcjax.sim.contact import contact_mobility_rows
 from hrcjax.sim.govern import Rows, fastest, govern
 from hrcjax.sim.guide import Guidance, guide
 from hrcjax.sim.params import Params
-from hrcjax.sim.parts import ArmMotion, Clearance, Fields, Goal, Separation, all_finite, unit_where_long
+from hrcjax.sim.parts import ArmMotion, BodyRows, Clearance, Fields, Goal, Separation, all_finite, unit_where_long
 from hrcjax.sim.route import Route
 from hrcjax.sim.servo import servo
 from hrcjax.typing import Array, Bool, Float, Int, Joints, Scalar
@@ -161,7 +162,7 @@ def tick(
             f"the monitor returns point_limit of shape {decision.point_limit.shape}; accepted: {approach.shape}"
         )
     any_limit = decision.speed_limit if decision.any_limit is None else decision.any_limit
-    bounds = [bound for bound in (decision.aside, decision.widest, decision.gain) if bound is not None]
+    bounds = [b for b in (decision.aside, decision.widest, decision.gain, decision.head_limit) if b is not None]
     unread = ~all_finite(
         towards_people.distance, approach, room.standing_distance, decision.speed_limit, decision.point_limit, any_limit, *bounds
     )  # fmt: skip
@@ -171,6 +172,8 @@ def tick(
         hold = hold | sensed.stop
         zone = jnp.where(sensed.stop, STOP, zone)
         reasons = reasons | pack({COMMANDED: sensed.stop})
+    if followed is not None:
+        towards_people, decision = with_head(cell, towards_people, followed, decision)
 
     limits = joint_limits(cell, q.dtype)
     arm = ArmMotion(q, qd, tool, body)
@@ -221,6 +224,28 @@ def tick(
         status=status,
     )
     return TickState(moved, guidance.clock, memory), record
+
+
+def with_head(cell: Cell, people: Rows, followed: BodyRows, decision: SafetyDecision) -> tuple[Rows, SafetyDecision]:
+    """Rows and limits of people, and beside them those of every control point towards the head, if the monitor has given some.
+
+    The direction to the head is that of the fit: the distance that is kept from it is no least one, which every direction would need.
+    """
+    if decision.head_limit is None:
+        return people, decision
+    count = followed.head_distance.shape[0]
+
+    def beside(of_people: Array, of_head: Array) -> Array:
+        return jnp.concatenate([of_people.reshape(count, -1), of_head[:, None]], axis=1)
+
+    g = jnp.concatenate([people.g, followed.head_gradient[:, None]], axis=1)
+    rows = Rows.towards(cell.arm, beside(people.distance, followed.head_distance), g, people.J)
+    limit = beside(decision.point_limit, decision.head_limit).reshape(-1)
+    aside = decision.aside
+    if aside is not None:
+        every = jnp.broadcast_to(aside, decision.point_limit.shape)
+        aside = beside(every, jnp.zeros_like(followed.head_distance)).reshape(-1)
+    return rows, replace(decision, point_limit=limit, aside=aside)
 
 
 def steered(

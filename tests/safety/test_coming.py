@@ -138,7 +138,7 @@ def test_the_zone_is_that_of_the_tightest_row(rows) -> None:
 
 
 def test_a_stop_beside_somebody_who_stands_is_left_nearer() -> None:
-    """With the hysteresis beyond its own threshold, and no sooner."""
+    """With the hysteresis of measured speeds beyond its own threshold, and no sooner; an assumed one with the longer hysteresis."""
     told = coming([[0.4]], [[0.0]])
     ends = float(row_thresholds(PARAMS, told).stop[0])
     assert ends < float(zone_thresholds(PARAMS).stop) - 0.1
@@ -147,11 +147,28 @@ def test_a_stop_beside_somebody_who_stands_is_left_nearer() -> None:
     def step(state, d):
         return monitor(PARAMS, state, d, 0 * d, jnp.asarray(0.05), DT, coming=told)
 
-    for more, left in ((0.09, False), (0.11, True)):
+    assert PARAMS.zone.measured_hysteresis < PARAMS.zone.hysteresis
+    for more, left in ((0.04, False), (0.06, True)):
         state = step(initial_zone(jnp.float64), jnp.asarray([ends - 0.01]))[0]
         assert state.zone == STOP
         for _ in range(20):
             state, found = step(state, jnp.asarray([ends + more]))
+        assert (found.zone != STOP) == left
+
+
+def test_a_stop_beside_somebody_who_is_not_measured_is_left_as_without_a_body() -> None:
+    told = coming([[0.4], [0.4]], [[0.0], [0.0]], [True, False])
+    ends = float(zone_thresholds(PARAMS).stop)
+
+    @jax.jit
+    def step(state, d):
+        return monitor(PARAMS, state, d, 0 * d, jnp.asarray(0.05), DT, coming=told)
+
+    for more, left in ((0.09, False), (0.11, True)):
+        state = step(initial_zone(jnp.float64), jnp.asarray([ends + more, ends - 0.01]))[0]
+        assert state.zone == STOP
+        for _ in range(20):
+            state, found = step(state, jnp.asarray([ends + 0.5, ends + more]))
         assert (found.zone != STOP) == left
 
 

@@ -140,8 +140,11 @@ def test_a_track_that_is_not_sure_changes_nothing(told, tool: np.ndarray, change
     for place in (beside(tool, 0.4), tool + np.array([0.0, 0.4, -0.6])):
         exact = body(place)
         separation = told(body(place, **changed), surface=exact)
-        found, expected = decide(separation), decide(without(separation))
-        for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
+        (state, found), expected = decide(separation), decide(without(separation))
+        assert (np.asarray(found.head_limit) > 5).all()  # more than an arm can do
+        for one, other in zip(
+            jax.tree.leaves((state, replace(found, head_limit=None))), jax.tree.leaves(expected), strict=True
+        ):
             np.testing.assert_array_equal(one, other)
 
 
@@ -211,11 +214,46 @@ def test_the_head_stops_the_arm(told, tool: np.ndarray) -> None:
         assert separation.body is not None
         found[gap] = decide(separation)[1]
         head = Capsule(capsules, HEAD_PART)
-        expected = min(head.gap(x) - r for x, r in points(separation, tool))
+        expected = [head.gap(x) - r for x, r in points(separation, tool)]
         np.testing.assert_allclose(separation.body.head_distance, expected, atol=1e-6)
     assert bool(found[0.45].reasons & HEAD_NEAR) and found[0.45].zone == STOP
-    assert (np.asarray(found[0.45].point_limit) <= 0).all()
     assert not bool(found[0.9].reasons & HEAD_NEAR)
+
+
+def test_the_arm_retreats_from_a_head(cell: Cell, tool: np.ndarray) -> None:
+    """Whatever the policy asks for, no point near the head approaches it, and the nearest go away; far from it the arm goes on."""
+    height = SHAPE[1, 2] + 0.6 * (SHAPE[2, 2] - SHAPE[1, 2])
+    q0 = jnp.asarray(cell.arm.home) + 0.2
+    asks = replace(cell, policy=lambda params, arm, goal, room, limits: jnp.asarray([0.5, -0.4, 0.3, 0.2, 0.1, 0.6]))
+    lead = Goal(jnp.zeros((3, 3)), jnp.zeros((3, 3)), jnp.zeros((3, 3)), q0, jnp.zeros(3), PARAMS.potential)
+
+    @jax.jit
+    def played(fit: BodyFit):
+        fields = Fields((fit.joints, fit.radii, jnp.asarray(NOWHERE)), None)
+        sensed = Sensed(fields, jnp.asarray(0.06), jnp.asarray(True), jnp.asarray(False), jnp.asarray(0), body=fit)
+
+        def one(state, _):
+            state, record = tick(PARAMS, asks, lead, sensed, state)
+            x = control_motion(asks, record.q, record.qd)[0].x
+            return state, (x, record.reasons)
+
+        return jax.lax.scan(one, initial_state(asks, q0), None, length=100)[1]
+
+    radii = np.asarray(cell.arm.control_radii) + COVER_MARGIN
+    moved = {}
+    for gap in (0.45, 1.5):
+        fit = body(tool + np.array([0.0, gap + USUAL_RADII[2], 0.25 - height]))
+        low = eqx.tree_at(lambda f: f.joints, fit, fit.joints.at[3:].add(jnp.asarray([0.0, 0.6, 0.0])))
+        x, reasons = (np.asarray(v) for v in played(low))
+        head = Capsule(part_capsules(low.joints, low.radii), HEAD_PART)
+        gaps = np.asarray([[head.gap(p) for p in row] for row in x]) - radii
+        moved[gap] = np.abs(x[-1] - x[0]).max()
+        if gap == 0.45:
+            near = gaps[:-1] < 0.5
+            assert near.any() and (reasons[0] & HEAD_NEAR)
+            assert (np.diff(gaps, axis=0)[near] > -1e-4).all()
+            assert gaps[-1].min() > gaps[0].min() + 0.02
+    assert moved[1.5] > 0.05
 
 
 class Capsule:
