@@ -13,7 +13,7 @@ def head_limit(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "poin
     """Largest speed of every point towards the head; negative: it is asked to retreat as fast [m/s].
 
     The arm can stop before `zone.head_stop` beside a head that stands still, after the reaction time and with `ssm.brake`: then only a
-    head that comes nearer stops it. In a stop no point within the hysteresis approaches, and the nearest ones retreat, so that
+    head that comes nearer stops it. In a stop no point nearer than where it is left approaches, and the nearest ones retreat, so that
     the stop can end, as `retreat_share`.
 
     Args:
@@ -23,7 +23,8 @@ def head_limit(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "poin
     stop = params.zone.head_stop
     beside = d - stop + separation_distance(params.ssm, 0.0, 0.0)
     free = jax.vmap(lambda one: allowed_speed(params.ssm, one, 0.0))(beside)
-    share = retreat_share(params, zone, d, stop + params.zone.hysteresis + BEYOND_STOP)
+    left = stop + params.zone.measured_hysteresis
+    share = retreat_share(params, zone, d, left + BEYOND_STOP)
     limit = (1.0 - share) * free - share * params.zone.retreat_speed
-    near = (zone == STOP) & (d < stop + params.zone.hysteresis)
+    near = (zone == STOP) & (d < left)
     return jnp.where(near, jnp.minimum(limit, 0.0), limit)

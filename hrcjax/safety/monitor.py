@@ -131,7 +131,9 @@ def monitor(
         leaving = at_the_nearest(d, leaving_thresholds(params, coming, rows))
     head_nearest = None if head_distance is None else jnp.min(jnp.asarray(head_distance))
     least = jnp.where(guarded, YELLOW, GREEN)
-    state = update_zone(params, state, nearest, ~hold, dt, head_nearest, least, limits, leaving)
+    by_point = head_distance is not None and jnp.ndim(head_distance) > 0
+    head_slack = params.zone.measured_hysteresis if by_point else None
+    state = update_zone(params, state, nearest, ~hold, dt, head_nearest, least, limits, leaving, head_slack)
 
     near_now = d if by_now is None else jnp.minimum(d, by_now)
     measured = None if coming is None else measured_limit(params.ssm, near_now, coming)
@@ -156,7 +158,7 @@ def monitor(
     head, towards_head = jnp.asarray(False), None
     if head_distance is not None and head_nearest is not None:
         head = (head_nearest < params.zone.head_stop) & (not only_slows)
-        if jnp.ndim(head_distance) == 0:
+        if not by_point:
             # which points are near the head is not known: until that stop ends, none approaches
             near_head = head_nearest < params.zone.head_stop + params.zone.hysteresis
             limit = jnp.where(near_head & (state.zone == STOP), jnp.minimum(limit, 0.0), limit)

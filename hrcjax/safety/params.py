@@ -34,7 +34,7 @@ class ZoneParams(eqx.Module):
     hysteresis: float = 0.1
     """How much farther than a threshold the person must be before a zone is relaxed [m]."""
     measured_hysteresis: float = 0.05
-    """The same where the person's speed is measured: thresholds hold its uncertainty already [m]."""
+    """The same where the person's speed is measured, as thresholds hold its uncertainty already; and of the head, whose place is [m]."""
     relax_time: float = 0.1
     """How long that must last, about three camera frames; tightening never waits [s]."""
     head_stop: float = 0.5

@@ -101,6 +101,7 @@ def update_zone(
     least: Int[Array, ""] | int = 0,
     thresholds: ZoneThresholds | None = None,
     leaving: ZoneThresholds | None = None,
+    head_slack: Scalar | None = None,
 ) -> ZoneState:
     """The zone one tick later.
 
@@ -115,13 +116,16 @@ def update_zone(
         least: the zone is at least this tight.
         thresholds: None: those of the assumed speed of a person, `zone_thresholds`.
         leaving: beyond which zones are relaxed; None: `hysteresis` beyond `thresholds`.
+        head_slack: how much farther than `head_stop` the head must be before a stop near it is left; None: `hysteresis` [m].
     """
     tight = jnp.where(fresh, zone_at(params, d, head_distance, thresholds=thresholds), STOP)
     tight = jnp.maximum(tight, least).astype(jnp.int32)
     slack = params.zone.hysteresis
     beyond = zone_at(params, d, None, slack, thresholds) if leaving is None else zone_at(params, d, thresholds=leaving)
     if head_distance is not None:
-        beyond = jnp.maximum(beyond, zone_at(params, NOBODY, head_distance, slack))
+        beyond = jnp.maximum(
+            beyond, zone_at(params, NOBODY, head_distance, slack if head_slack is None else head_slack)
+        )
     loose = jnp.where(fresh, beyond, STOP)
     loose = jnp.maximum(loose, least).astype(jnp.int32)
     relaxing = loose < state.zone
