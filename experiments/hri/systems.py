@@ -17,6 +17,7 @@ from hrcjax.numerics import unrolled_options
 from hrcjax.sense import no_faults
 from hrcjax.sense.rig import cell_rig
 from hrcjax.sim import Cell, Params
+from hrcjax.sim.default_parts import potential_planner
 from hrcjax.sim.prepare import Surveyed, stage_for, survey_world
 from hrcjax.sim.survey import SenseParams
 from hrcjax.world import Person, Scene, scene_named
@@ -73,9 +74,10 @@ class Bench:
 
     @cached_property
     def cell(self) -> Cell:
-        """The cell of all."""
+        """The cell of all. Ours plan the tool's way by the potential: between the waypoints a straight line, as the HRI paper's target
+        policy asks for."""
         cell = make_cell()
-        return replace(cell, ticks=round(self.seconds / cell.dt))
+        return replace(cell, ticks=round(self.seconds / cell.dt), plan=potential_planner())
 
     @cached_property
     def scene(self) -> Scene:
