@@ -44,7 +44,13 @@ def turned_round(state: BodyState, turn: Bool[Array, ""]) -> BodyState:
     place = (3 * joint[:, None] + jnp.arange(3)).reshape(-1)
     every = jnp.concatenate([place, jnp.arange(PLACES, KNOWN), KNOWN + place])
     part = jnp.asarray(OTHER_PART)
-    other = (state.joints[joint], state.speeds[joint], state.covariance[every][:, every], state.unseen[part])
-    mine = (state.joints, state.speeds, state.covariance, state.unseen)
+    other = (
+        state.joints[joint],
+        state.speeds[joint],
+        state.covariance[every][:, every],
+        state.scatter[joint],
+        state.unseen[part],
+    )
+    mine = (state.joints, state.speeds, state.covariance, state.scatter, state.unseen)
     chosen = tuple(jnp.where(turn, a, b) for a, b in zip(other, mine, strict=True))
-    return eqx.tree_at(lambda s: (s.joints, s.speeds, s.covariance, s.unseen), state, chosen)
+    return eqx.tree_at(lambda s: (s.joints, s.speeds, s.covariance, s.scatter, s.unseen), state, chosen)

@@ -47,8 +47,12 @@ class BodyParams(eqx.Module):
     """The weak priors (rest, lean, hip height, head) count once in this time, as what they say is no new measurement [s]."""
     acceleration: tuple[Scalar, ...] = (3.0, 3.0, 4.0, 4.0, 6.0, 10.0, 10.0)
     """Standard deviation of the acceleration of hip, neck, crown, shoulders, elbows, wrists and fingers [m/s^2]."""
+    scatter_time: Scalar = 0.2
+    """Time over which corrections of joints are compared with their variances: as long as a movement of a person takes to begin [s]."""
+    scatter_limits: tuple[Scalar, Scalar] = (0.02, 9.0)
+    """Least ratio of them that counts, and the greatest of one frame [1]."""
     forget: Scalar = 1.0
-    """Time in which the speed of what is not seen falls to 1/e [s]."""
+    """Time in which the speed of what is not seen falls to 1/e; what is seen keeps its speed [s]."""
     least_points: Scalar = 20.0
     """Points with which a body is looked for [1]."""
     close: Scalar = 0.03

@@ -6,12 +6,11 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.body.params import BodyParams
-from hrcjax.body.skeleton import END_A, END_B, HEAD_PART, part_capsules
+from hrcjax.body.skeleton import END_A, END_B, ENDS, HEAD_PART, part_capsules
 from hrcjax.body.state import BodyFit
 from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
 from hrcjax.typing import Array, Bool, Float, Scalar, Vector3
 
-_ENDS = (END_A > 0) | (END_B > 0)
 ANY_SPEED = 100.0
 """Bound of the speed of a part that is not known: more than anybody's, and finite [m/s]."""
 
@@ -36,7 +35,7 @@ def sure_track(params: BodyParams, fit: BodyFit) -> Bool[Array, ""]:
 
 def seen_since(fit: BodyFit) -> Float[Array, "part"]:
     """Time since every part was seen, or parts with which it shares both of its ends, as a neck between trunk and head [s]."""
-    ends = jnp.asarray(_ENDS)
+    ends = jnp.asarray(ENDS)
     joints = jnp.min(jnp.where(ends, fit.unseen[:, None], jnp.inf), axis=0)
     return jnp.minimum(fit.unseen, jnp.max(jnp.where(ends, joints[None, :], 0.0), axis=1))
 

@@ -97,6 +97,9 @@ END_A = _mixture([part.a for part in PARTS])
 END_B = _mixture([part.b for part in PARTS])
 """Ends of the capsules as mixtures of joints (part joint) [1]."""
 
+ENDS = (END_A > 0) | (END_B > 0)
+"""Which joints are in the ends of a part (part joint)."""
+
 _WORDS = {"pelvis": "pelvis", "chest": "chest", "neck": "neck", "head": "face"}
 PART_REGION = np.asarray(
     [

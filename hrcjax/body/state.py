@@ -26,6 +26,9 @@ class BodyState(eqx.Module):
     """Velocities of the joints [m/s]."""
     covariance: Float[Array, "all all"]
     """Of places, lengths, radii and velocities, in this order."""
+    scatter: Float[Array, "joint"]
+    """Squared corrections of each joint over their variances, averaged over the last frames: the told variances of speeds times this are
+    those of the corrections that really happen [1]."""
     unseen: Float[Array, "part"]
     """Time since each part was seen [s]."""
     age: Float[Array, ""]
@@ -52,7 +55,7 @@ class BodyFit(eqx.Module):
     place_covariance: Float[Array, "*frame joint 3 3"]
     """Of every joint's place [m^2]."""
     speed_covariance: Float[Array, "*frame joint 3 3"]
-    """Of its velocity [m^2/s^2]."""
+    """Of its velocity, by the corrections of the last frames [m^2/s^2]."""
     lengths: Float[Array, "*frame length"]
     """Of the bones [m]."""
     seen: Float[Array, "*frame part"]
@@ -87,6 +90,7 @@ def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> B
         radii=jnp.asarray(params.radii, dtype),
         speeds=jnp.zeros((len(JOINTS), 3), dtype),
         covariance=jnp.diag(variances),
+        scatter=jnp.ones((len(JOINTS),), dtype),
         unseen=jnp.full((len(PARTS),), jnp.inf, dtype),
         age=zero,
         bad=zero,

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
 from hrcjax.body.guess import farthest_hand, guess_bodies, poles, reaching_arm
 from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
-from hrcjax.body.motion import corrected, predict
+from hrcjax.body.motion import averaged_scatter, corrected, predict
 from hrcjax.body.params import BodyParams
 from hrcjax.body.priors import Landmarks, frame_of
 from hrcjax.body.skeleton import HIP, LEFT, NECK_BASE, PARTS, RADIUS_NAMES, RIGHT
@@ -79,8 +79,10 @@ def track_body(
     places = after.covariance[:PLACES, :PLACES].reshape(11, 3, 11, 3)
     speeds = after.covariance[KNOWN:, KNOWN:].reshape(11, 3, 11, 3)
     each = jnp.arange(11)
+    # errors of places stay from frame to frame, and corrections do not show them; those of speeds do
+    of_speeds = jnp.maximum(after.scatter, params.scatter_limits[0])[:, None, None] * speeds[each, :, each]
     fit = BodyFit(
-        after.joints, after.radii, after.speeds, places[each, :, each], speeds[each, :, each], after.lengths, seen, after.unseen,
+        after.joints, after.radii, after.speeds, places[each, :, each], of_speeds, after.lengths, seen, after.unseen,
         share, after.age, after.tracked, jnp.where((cloud.mask & (near.distance > params.strange))[:, None], cloud.points, FAR),
     )  # fmt: skip
     return after, fit
@@ -136,13 +138,14 @@ def _problem(params: BodyParams, state: BodyState, cloud: Cloud, dt: Array, land
 
 
 def _finish(
-    params: BodyParams, problem: Problem, predicted: BodyState, known: Float[Array, "known"], near: Near
+    params: BodyParams, problem: Problem, predicted: BodyState, known: Float[Array, "known"], near: Near, dt: Array
 ) -> BodyState:
     A, _ = normal_equations(params, problem, known, near)
     joints, lengths, radii = split(known)
-    speeds, covariance = corrected(predicted, known, problem.information, A)
+    speeds, covariance, ratio = corrected(predicted, known, problem.information, A)
+    scatter = averaged_scatter(params, predicted, ratio, dt)
     return BodyState(
-        joints, lengths, radii, speeds, covariance, predicted.unseen, predicted.age, predicted.bad,
+        joints, lengths, radii, speeds, covariance, scatter, predicted.unseen, predicted.age, predicted.bad,
         predicted.facing, predicted.turn, predicted.tracked,
     )  # fmt: skip
 
@@ -161,7 +164,7 @@ def _follow(
 
     enough = jnp.sum(left_over, dtype=cloud.points.dtype) >= LEFT_OVER
     known, near = jax.lax.cond(enough, elsewhere, lambda: (known, near))
-    after = _finish(params, problem, predicted, known, near)
+    after = _finish(params, problem, predicted, known, near, dt)
     gain = jnp.minimum(dt / SETTLE, 1.0)
     facing = state.facing + gain * (facing_evidence(after.joints, after.speeds) - state.facing)
     turn = facing < TURNED
@@ -250,10 +253,12 @@ def _second_opinion(
     speeds = jnp.full((PLACES,), UNKNOWN_SPEED**2, dtype)
     joints, lengths, radii = split(found[best])
     begun = BodyState(
-        joints, lengths, radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])), empty.unseen, empty.age,
+        joints, lengths, radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])), empty.scatter, empty.unseen, empty.age,
         empty.bad, empty.facing, empty.turn, empty.tracked,
     )  # fmt: skip
     other_near = jax.tree.map(lambda a: a[best], nears)
     information = jnp.diag(1.0 / jnp.concatenate([wide, variances]))
-    other = _finish(params, problem(joints)._replace(information=information), begun, found[best], other_near)
+    other = _finish(
+        params, problem(joints)._replace(information=information), begun, found[best], other_near, jnp.zeros((), dtype)
+    )
     return *jax.tree.map(lambda a, b: jnp.where(new, a, b), (other, other_near), (state, near)), new

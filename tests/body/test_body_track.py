@@ -98,3 +98,21 @@ def test_landmarks_pull() -> None:
     found = Landmarks(places, jnp.full((11,), 1e4, jnp.float32))
     _, fits = follow(seen, found)
     assert np.linalg.norm(np.asarray(fits[-1].joints[7]) - np.asarray(true[7])) < 0.03
+
+
+def test_told_deviations_of_speeds_are_those_of_the_errors() -> None:
+    """Somebody stands, begins to come at up to 0.6 m/s, and stops; points are noisy."""
+    share = np.clip((DT * np.arange(60) - 0.5) / 1.0, 0, 1)
+    way = 0.3 * (share - np.sin(2 * np.pi * share) / (2 * np.pi))
+    draw = np.random.default_rng(3)
+    bodies = [pose(y=1.1 - s) for s in way]
+    clouds = [surface_points(body, seed=k) for k, body in enumerate(bodies)]
+    _, fits = follow([cloud + draw.normal(0, 0.008, cloud.shape) for cloud in clouds])
+    true = np.stack([np.asarray(joints_of(person_of(body))[0]) for body in bodies])
+    speeds = np.gradient(true, DT, axis=0)[12:-1]
+    told = np.stack([np.asarray(fit.speeds) for fit in fits])[12:-1]
+    deviation = np.sqrt(np.stack([np.diagonal(fit.speed_covariance, axis1=1, axis2=2) for fit in fits])[12:-1])
+    z = np.abs(told - speeds) / deviation
+    assert (z < 2).mean() > 0.9
+    assert np.sqrt((z**2).mean()) > 0.3  # nor are they several times too large
+    assert np.median(deviation) < 0.12
