@@ -56,7 +56,7 @@ class BodyConfig:
     out: Path | None = None
     """Folder of the run; runs/body-FINGERPRINT if not given, so that the same command resumes."""
     json: Path | None = None
-    """Output file {"body": {row: {value, unit}}}; other sections in it are kept."""
+    """Output file {"body": {row: {value, unit}}}; other sections in it are kept, and rows of a part that is not run."""
     page: Path | None = None
     """Output file for a Markdown page of the rows; its figures go into the folder `figures` beside it."""
     figures: bool = True

@@ -15,10 +15,11 @@ from hrcjax.lab.checks import among, at_least, check_outputs, each_once
 from hrcjax.lab.page_figures import copy_figures
 from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
-from hrcjax.lab.rows import report, write_rows
+from hrcjax.lab.rows import Row, read_results, report, write_rows
 
 from .config import PARTS, BodyConfig
 from .loop import LoopBench
+from .loop_rows import definition as loop_definition
 from .loop_rows import loop_rows
 from .page import page
 from .rows import all_rows, holds
@@ -77,6 +78,19 @@ def by_variant(cases: Mapping[str, Case]) -> dict[str, dict[str, Case]]:
     return found
 
 
+def with_other_parts(before: Mapping[str, Row], track: Mapping[str, Row], loop: Mapping[str, Row]) -> dict[str, Row]:
+    """Rows of both parts; of one that was not run those that were there.
+
+    Args:
+        before: rows of the file.
+        track: rows of the part track; none: it was not run.
+        loop: the same of the part loop.
+    """
+    of_loop = {name: entry for name, entry in before.items() if loop_definition(name)}
+    of_track = {name: entry for name, entry in before.items() if name not in of_loop}
+    return dict(track or of_track) | dict(loop or of_loop)
+
+
 def run(config: BodyConfig) -> int:
     """Runs or resumes; returns the exit status: 0."""
     begin = time.monotonic()
@@ -94,7 +108,8 @@ def _measured(config: BodyConfig, store: RunStore, begin: float) -> int:
     folder = store.folder
     cases = by_variant(collect(store, wanted(config)))
     loop = cases.pop("loop", {})
-    rows = (all_rows(cases) if cases else {}) | (loop_rows(loop) if loop else {})
+    before = read_results(config.json).get("body", {}) if config.json else {}
+    rows = with_other_parts(before, all_rows(cases) if cases else {}, loop_rows(loop) if loop else {})
     write_rows(folder, config.json, {"body": rows})
     names: list[str] = []
     if config.figures and "full" in cases:

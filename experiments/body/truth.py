@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from hrcjax.body import PARTS
+
 ARM_PARTS = (4, 5, 6, 7, 8, 9)
 """Upper arms, forearms and hands, left and right in turn."""
 PLACES = 40
@@ -51,20 +53,29 @@ def seen_from(p: NDArray, eye: NDArray, a: NDArray, b: NDArray, radius: NDArray)
     )
 
 
+def outside_places(seen: dict[str, NDArray], f: int) -> tuple[NDArray, NDArray]:
+    """Places on the person's arms in an image (part place 3) [m], and which are on the outside."""
+    a, b, r = (seen[name][f].astype(float) for name in ("a", "b", "radius"))
+    if (r < 0).all():
+        return np.zeros((len(ARM_PARTS), PLACES, 3)), np.zeros((len(ARM_PARTS), PLACES), bool)
+    places = np.stack([surface_places(a[k], b[k], r[k]) for k in ARM_PARTS])
+    return places, np.stack([exposed(p, a, b, r, k) for p, k in zip(places, ARM_PARTS, strict=True)])
+
+
+def visible_places(seen: dict[str, NDArray], f: int, places: NDArray, outside: NDArray) -> NDArray:
+    """Which of these places a camera sees in this image or the last."""
+    a, b, r = (seen[name][f].astype(float) for name in ("a", "b", "radius"))
+    looks = [seen_from(places[outside], seen["eyes"][g].astype(float), a, b, r) for g in (f, max(f - 1, 0))]
+    visible = np.zeros_like(outside)
+    visible[outside] = looks[0] | looks[1]
+    return visible
+
+
 def arm_places(seen: dict[str, NDArray], frames: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Places on the person's arms (frame part place 3) [m], which are on the outside, and which a camera sees in this image or the last."""
-    shape = (len(frames), len(ARM_PARTS), PLACES)
-    places, outside, visible = np.zeros((*shape, 3)), np.zeros(shape, bool), np.zeros(shape, bool)
-    for i, f in enumerate(frames):
-        a, b, r = (seen[name][f].astype(float) for name in ("a", "b", "radius"))
-        if (r < 0).all():
-            continue
-        for j, k in enumerate(ARM_PARTS):
-            p = surface_places(a[k], b[k], r[k])
-            places[i, j], outside[i, j] = p, exposed(p, a, b, r, k)
-            looks = [seen_from(p, seen["eyes"][g].astype(float), a, b, r) for g in (f, max(f - 1, 0))]
-            visible[i, j] = outside[i, j] & (looks[0] | looks[1])
-    return places, outside, visible
+    each = [outside_places(seen, f) for f in frames]
+    visible = [visible_places(seen, f, *one) for f, one in zip(frames, each, strict=True)]
+    return np.stack([one[0] for one in each]), np.stack([one[1] for one in each]), np.stack(visible)
 
 
 def arm_axis_points(seen: dict[str, NDArray], f: int) -> NDArray:
@@ -88,3 +99,13 @@ def approach_speeds(seen: dict[str, NDArray], f: int, x: NDArray, ahead: float) 
     d = np.stack([nearest_of(seen, g, x)[0] for g in range(max(f - 1, 0), last)])
     speed = -np.diff(d, axis=0) / np.diff(t[max(f - 1, 0) : last])
     return speed[:2].mean(0), speed[1:].max(0) if len(speed) > 1 else speed[0]
+
+
+def part_speeds(seen: dict[str, NDArray], f: int, x: NDArray) -> tuple[NDArray, NDArray]:
+    """Of the parts that a track has: speed towards a fixed place, from the image before to the one after [m/s], and distance [m]."""
+    count = len(PARTS)
+    around = []
+    for g in (f - 1, f, f + 1):
+        a, b, r = (seen[name][g][:count].astype(float) for name in ("a", "b", "radius"))
+        around.append(axis_distance(x, a, b) - r)
+    return (around[0] - around[2]) / (seen["stamps"][f + 1] - seen["stamps"][f - 1]), around[1]

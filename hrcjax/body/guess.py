@@ -24,6 +24,9 @@ KINDS = (
 """Bodies that are tried, each with hanging and with reaching arms: where they face, in half turns from the robot's base; hip below the
 head (0) or behind the low points (1); how far they lean, 0: the head is on top [rad]."""
 
+FRONT = (0, 8, 1, 2, 9, 3, 16, 17)
+"""Of the guesses, those of bodies that face the robot's base or half away from it, upright or leaning."""
+
 
 def _mean(points: Array, weight: Array, otherwise: Array) -> Vector3:
     total = jnp.sum(weight)

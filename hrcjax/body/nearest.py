@@ -31,8 +31,28 @@ class NearestPart(NamedTuple):
     """Whether speed and region can be relied on: the track is old enough, and every part that may be the nearest is seen and known well."""
 
 
-def _parts_at(fit: BodyFit, x: Vector3) -> tuple[Array, Array, Array, Array, Array]:
-    """Of every part: signed distance, speed towards x, variances of speed and place."""
+class PartsAt(NamedTuple):
+    """Every part of the body at the place of its surface that is nearest to a place."""
+
+    distance: Float[Array, "part"]
+    """Signed distance [m]."""
+    speed: Float[Array, "part"]
+    """Speed towards the place; negative: it goes away [m/s]."""
+    speed_deviation: Float[Array, "part"]
+    """Standard deviation of that speed [m/s]."""
+    place_deviation: Float[Array, "part"]
+    """Standard deviation of where the part is, towards the place [m]."""
+    known: Bool[Array, "part"]
+    """Whether the part is seen and its place known well."""
+
+
+def parts_at(params: BodyParams, fit: BodyFit, x: Vector3) -> PartsAt:
+    """Distance and speed of every part, and how sure they are.
+
+    Args:
+        fit: of one frame.
+        x: the place [m].
+    """
     dtype = x.dtype
     capsules = part_capsules(fit.joints, fit.radii)
     axis = capsules.b - capsules.a
@@ -43,12 +63,13 @@ def _parts_at(fit: BodyFit, x: Vector3) -> tuple[Array, Array, Array, Array, Arr
     share = jnp.asarray(END_A, dtype) + along[:, None] * jnp.asarray(END_B - END_A, dtype)
     speed = jnp.sum((share @ fit.speeds) * u, axis=1)
 
-    def variance(of: Array) -> Array:
+    def deviation(of: Array) -> Array:
         # joints of one part err together at worst: deviations add up
-        one = safe_sqrt(jnp.einsum("pc,jcd,pd->pj", u, of, u))
-        return jnp.sum(share * one, axis=1) ** 2
+        return jnp.sum(share * safe_sqrt(jnp.einsum("pc,jcd,pd->pj", u, of, u)), axis=1)
 
-    return size - capsules.radius, speed, variance(fit.speed_covariance), variance(fit.place_covariance), along
+    of_place = deviation(fit.place_covariance)
+    known = (fit.unseen <= params.sure_unseen) & (of_place < params.sure_position)
+    return PartsAt(size - capsules.radius, speed, deviation(fit.speed_covariance), of_place, known)
 
 
 def nearest_part(params: BodyParams, fit: BodyFit, x: Vector3, radius: Scalar = 0.0) -> NearestPart:
@@ -59,16 +80,15 @@ def nearest_part(params: BodyParams, fit: BodyFit, x: Vector3, radius: Scalar = 
         x: the place [m].
         radius: of a sphere there, taken off the distance [m].
     """
-    distance, speed, of_speed, of_place, _ = _parts_at(fit, x)
+    distance, speed, of_speed, of_place, known = parts_at(params, fit, x)
     part = jnp.argmin(distance)
-    known = (fit.unseen <= params.sure_unseen) & (safe_sqrt(of_place) < params.sure_position)
     rivals = distance < distance[part] + params.rivals
     sure = fit.tracked & (fit.age >= params.sure_age) & (fit.explained >= params.sure_explained)
     sure = sure & jnp.all(known | ~rivals)
     away = jnp.asarray(FAR, x.dtype)
     return NearestPart(
         jnp.where(fit.tracked, distance[part] - radius, away), part, jnp.asarray(PART_REGION)[part], speed[part],
-        safe_sqrt(of_speed[part]), safe_sqrt(of_place[part]), sure,
+        of_speed[part], of_place[part], sure,
     )  # fmt: skip
 
 
@@ -84,9 +104,9 @@ def measured_speed(params: BodyParams, fit: BodyFit, x: Vector3, reaction: Scala
         reaction: time until the arm answers [s].
         assumed: speed of a person who is not measured [m/s].
     """
-    distance, speed, of_speed, _, _ = _parts_at(fit, x)
+    distance, speed, of_speed, _, _ = parts_at(params, fit, x)
     near = nearest_part(params, fit, x)
-    bound = speed + params.deviations * safe_sqrt(of_speed)
+    bound = speed + params.deviations * of_speed
     fastest = jnp.max(jnp.where(distance < near.distance + params.rivals, bound, -jnp.inf))
     fastest = jnp.maximum(fastest + params.human_acceleration * reaction, 0.0)
     most = jnp.asarray(assumed, x.dtype)

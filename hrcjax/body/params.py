@@ -89,7 +89,9 @@ class BodyParams(eqx.Module):
     """Steps of Levenberg-Marquardt in a frame."""
     start_iterations: int = eqx.field(static=True, default=8)
     """The same of a first guess."""
-    guesses: int = eqx.field(static=True, default=3)
-    """First guesses that are tried in a frame."""
+    guesses: int = eqx.field(static=True, default=2)
+    """Other bodies that are fitted beside a doubtful track."""
+    rival_frames: int = eqx.field(static=True, default=3)
+    """Frames over which each of them is, before others are begun: few steps find a body from a first guess, many do."""
     warm: bool = eqx.field(static=True, default=True)
     """Whether a frame starts where the last one ended."""

@@ -39,6 +39,8 @@ class BodyState(eqx.Module):
     """Evidence that left and right are not exchanged, averaged over the last frames; see `facing_evidence` [1]."""
     turn: Int[Array, ""]
     """Frames so far: which first guesses come next [1]."""
+    rivals: Float[Array, "rival known"]
+    """Other bodies that are being fitted: places, lengths and radii [m]."""
     tracked: Bool[Array, ""]
     """Whether there is a track."""
 
@@ -96,5 +98,6 @@ def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> B
         bad=zero,
         facing=zero,
         turn=jnp.zeros((), jnp.int32),
+        rivals=jnp.zeros((params.guesses, KNOWN), dtype),
         tracked=jnp.asarray(False),
     )

@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
-from hrcjax.body.guess import farthest_hand, guess_bodies, poles, reaching_arm
+from hrcjax.body.guess import FRONT, farthest_hand, guess_bodies, poles, reaching_arm
 from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
 from hrcjax.body.motion import averaged_scatter, corrected, predict
 from hrcjax.body.params import BodyParams
@@ -16,7 +16,7 @@ from hrcjax.body.surface import Near
 from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import FAR
 from hrcjax.numerics import require_floating
-from hrcjax.typing import Array, Bool, Float, Mask, Points, Scalar, Vector3
+from hrcjax.typing import Array, Bool, Float, Int, Mask, Points, Scalar, Vector3
 
 MUCH = 0.15
 """Share of its cost by which another body must be better to replace one, besides `BodyParams.better` [1]."""
@@ -28,6 +28,8 @@ FACING = 2.0
 """Weight of the evidence of where a first guess faces [1]."""
 ANYWHERE = 0.3
 """Standard deviation of the joints of a first guess [m]."""
+ORDER = (*FRONT, *range(13), *FRONT, *range(13, 26))
+"""Order in which first guesses are tried: those that face the robot, as people mostly do, twice as often."""
 UNKNOWN_SPEED = 1.0
 """The same of their speeds [m/s]."""
 
@@ -69,7 +71,7 @@ def track_body(
         after, near, new = jax.lax.cond(
             doubtful,
             lambda: _second_opinion(params, after, near, cloud, eye, landmarks),
-            lambda: (after, near, jnp.asarray(False)),
+            lambda: (eqx.tree_at(lambda s: s.turn, after, next_rivals(params, after.turn)), near, jnp.asarray(False)),
         )
     else:
         after, near, new = _second_opinion(
@@ -122,11 +124,12 @@ def _judge(
     unseen = jnp.where(seen >= params.part_points, 0.0, last + dt)
     empty = initial_body(params, dtype)
     after = eqx.tree_at(
-        lambda s: (s.unseen, s.age, s.bad, s.tracked, s.turn),
+        lambda s: (s.unseen, s.age, s.bad, s.tracked),
         after,
-        (unseen, jnp.where(new, 0.0, after.age + dt), bad, tracked, before.turn + 1),
+        (unseen, jnp.where(new, 0.0, after.age + dt), bad, tracked),
     )
-    gone = eqx.tree_at(lambda s: (s.lengths, s.radii, s.turn), empty, (before.lengths, before.radii, before.turn + 1))
+    kept = (before.lengths, before.radii, after.turn, after.rivals)
+    gone = eqx.tree_at(lambda s: (s.lengths, s.radii, s.turn, s.rivals), empty, kept)
     return jax.tree.map(lambda a, b: jnp.where(tracked, a, b), after, gone), seen, share
 
 
@@ -146,7 +149,7 @@ def _finish(
     scatter = averaged_scatter(params, predicted, ratio, dt)
     return BodyState(
         joints, lengths, radii, speeds, covariance, scatter, predicted.unseen, predicted.age, predicted.bad,
-        predicted.facing, predicted.turn, predicted.tracked,
+        predicted.facing, predicted.turn, predicted.rivals, predicted.tracked,
     )  # fmt: skip
 
 
@@ -215,6 +218,11 @@ def forget(information: Float[Array, "known known"], free: Bool[Array, "known"])
     return some + jnp.diag(jnp.where(free, 1.0 / ANYWHERE**2, 0.0))
 
 
+def next_rivals(params: BodyParams, turn: Int[Array, ""]) -> Int[Array, ""]:
+    """The turn in which other bodies are begun anew."""
+    return -(-turn // params.rival_frames) * params.rival_frames
+
+
 def _second_opinion(
     params: BodyParams, state: BodyState, near: Near, cloud: Cloud, eye: Vector3 | None, landmarks: Landmarks | None
 ) -> tuple[BodyState, Near, Bool[Array, ""]]:
@@ -224,10 +232,16 @@ def _second_opinion(
     """
     dtype = cloud.points.dtype
     empty = initial_body(params, dtype)
-    guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
-    count = guesses.shape[0]
-    tries = count if not params.warm else params.guesses
-    chosen = guesses[(state.turn * tries + jnp.arange(tries, dtype=jnp.int32)) % count]
+
+    def begun() -> Float[Array, "rival known"]:
+        guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
+        if params.warm:
+            turn = state.turn // params.rival_frames * params.guesses + jnp.arange(params.guesses, dtype=jnp.int32)
+            guesses = guesses[jnp.asarray(ORDER)[turn % len(ORDER)]]
+        return jax.vmap(lambda joints: joined(joints, state.lengths, state.radii))(guesses)
+
+    fresh = state.turn % params.rival_frames == 0
+    starts = jax.lax.cond(fresh, begun, lambda: state.rivals) if params.warm else begun()
     variances = jnp.diagonal(empty.covariance)[PLACES:KNOWN]
     shape = jnp.concatenate([jnp.zeros((PLACES,), dtype), 1.0 / variances])
 
@@ -239,26 +253,30 @@ def _second_opinion(
         joints = split(known)[0]
         return cost(params, problem(joints), known)[0] - FACING * facing_evidence(joints, empty.speeds)
 
-    def refined(joints: Array) -> tuple[Array, Array, Near]:
-        begin = joined(joints, state.lengths, state.radii)
-        known, _, near = fit_body(params, problem(joints), begin, params.start_iterations)
+    def refined(begin: Array) -> tuple[Array, Array, Near]:
+        known, _, near = fit_body(params, problem(split(begin)[0]), begin, params.start_iterations)
         return known, value_of(known), near
 
-    found, values, nears = jax.vmap(refined)(chosen)
+    found, values, nears = jax.vmap(refined)(starts)
     values = jnp.where(jnp.isfinite(values), values, jnp.inf)
     best = jnp.argmin(values)
     mine = value_of(joined(state.joints, state.lengths, state.radii))
     new = ~state.tracked | (values[best] < mine - params.better - MUCH * jnp.abs(mine))
-    wide = jnp.full((PLACES,), ANYWHERE**2, dtype)
-    speeds = jnp.full((PLACES,), UNKNOWN_SPEED**2, dtype)
-    joints, lengths, radii = split(found[best])
-    begun = BodyState(
-        joints, lengths, radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])), empty.scatter, empty.unseen, empty.age,
-        empty.bad, empty.facing, empty.turn, empty.tracked,
-    )  # fmt: skip
-    other_near = jax.tree.map(lambda a: a[best], nears)
-    information = jnp.diag(1.0 / jnp.concatenate([wide, variances]))
-    other = _finish(
-        params, problem(joints)._replace(information=information), begun, found[best], other_near, jnp.zeros((), dtype)
-    )
-    return *jax.tree.map(lambda a, b: jnp.where(new, a, b), (other, other_near), (state, near)), new
+
+    def another() -> tuple[BodyState, Near]:
+        wide = jnp.full((PLACES,), ANYWHERE**2, dtype)
+        speeds = jnp.full((PLACES,), UNKNOWN_SPEED**2, dtype)
+        joints, lengths, radii = split(found[best])
+        beginning = BodyState(
+            joints, lengths, radii, empty.speeds, jnp.diag(jnp.concatenate([wide, variances, speeds])), empty.scatter, empty.unseen,
+            empty.age, empty.bad, empty.facing, state.turn, state.rivals, empty.tracked,
+        )  # fmt: skip
+        information = jnp.diag(1.0 / jnp.concatenate([wide, variances]))
+        there = jax.tree.map(lambda a: a[best], nears)
+        asked = problem(joints)._replace(information=information)
+        return _finish(params, asked, beginning, found[best], there, jnp.zeros((), dtype)), there
+
+    after, near = jax.lax.cond(new, another, lambda: (state, near))
+    if not params.warm:
+        return after, near, new
+    return eqx.tree_at(lambda s: (s.turn, s.rivals), after, (state.turn + 1, found)), near, new

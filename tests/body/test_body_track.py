@@ -7,9 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from standing import SEEN_FROM, person_of, pose, surface_points
+from standing import SEEN_FROM, gaps, person_of, pose, surface_points
 
-from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, track_body
+from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, part_capsules, track_body
+from hrcjax.body.least_squares import split
+from hrcjax.body.track import next_rivals
 from hrcjax.numerics import unrolled_options
 
 DT = 1 / 30
@@ -116,3 +118,23 @@ def test_told_deviations_of_speeds_are_those_of_the_errors() -> None:
     assert (z < 2).mean() > 0.9
     assert np.sqrt((z**2).mean()) > 0.3  # nor are they several times too large
     assert np.median(deviation) < 0.12
+
+
+def test_other_bodies_are_fitted_over_frames_and_then_begun_anew() -> None:
+    cloud = surface_points(pose(), seed=0)
+
+    def off(state: BodyState) -> float:
+        """How far the points are from the other bodies, by plain geometry."""
+        parts = [part_capsules(joints, radii) for joints, _, radii in map(split, state.rivals)]
+        return float(np.mean([np.abs(gaps(cloud, part).min(1)).mean() for part in parts]))
+
+    params, state, offs, turns = BodyParams(), initial_body(BodyParams()), [], []
+    for _ in range(params.rival_frames + 1):
+        points = jnp.asarray(np.concatenate([cloud, np.zeros((320 - len(cloud), 3))]), jnp.float32)
+        state, _ = program()(state, points, jnp.arange(320) < len(cloud), none_found())
+        offs.append(off(state))
+        turns.append(int(state.turn))
+    assert turns == list(range(1, params.rival_frames + 2))
+    assert offs[params.rival_frames - 1] < 0.8 * offs[0]
+    assert offs[params.rival_frames] > offs[params.rival_frames - 1]
+    assert [int(next_rivals(params, jnp.asarray(k))) for k in (0, 1, 2, 3, 4)] == [0, 3, 3, 3, 6]
