@@ -87,8 +87,8 @@ class BodyParams(eqx.Module):
     """Gain of speed that is counted on over the reaction time [m/s^2]."""
     iterations: int = eqx.field(static=True, default=6)
     """Steps of Levenberg-Marquardt in a frame."""
-    start_iterations: int = eqx.field(static=True, default=8)
-    """The same of a first guess."""
+    start_iterations: int = eqx.field(static=True, default=10)
+    """The same of another body."""
     guesses: int = eqx.field(static=True, default=2)
     """Other bodies that are fitted beside a doubtful track."""
     rival_frames: int = eqx.field(static=True, default=3)
