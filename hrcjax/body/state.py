@@ -38,7 +38,7 @@ class BodyState(eqx.Module):
     facing: Float[Array, ""]
     """Evidence that left and right are not exchanged, averaged over the last frames; see `facing_evidence` [1]."""
     turn: Int[Array, ""]
-    """Frames so far: which first guesses come next [1]."""
+    """Frames in which other bodies were fitted: which first guesses come next [1]."""
     rivals: Float[Array, "rival known"]
     """Other bodies that are being fitted: places, lengths and radii [m]."""
     tracked: Bool[Array, ""]

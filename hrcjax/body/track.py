@@ -226,7 +226,7 @@ def next_rivals(params: BodyParams, turn: Int[Array, ""]) -> Int[Array, ""]:
 def _second_opinion(
     params: BodyParams, state: BodyState, near: Near, cloud: Cloud, eye: Vector3 | None, landmarks: Landmarks | None
 ) -> tuple[BodyState, Near, Bool[Array, ""]]:
-    """The body, or a better one from some first guesses, others in every frame; and whether it is that.
+    """The body, or a better one of some that begin as first guesses and are fitted over a few frames; and whether it is that.
 
     Bodies are compared by points and priors alone, whatever was before.
     """
