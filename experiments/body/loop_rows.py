@@ -8,7 +8,7 @@ from hrcjax.lab.case_store import Case
 from hrcjax.safety import HEAD_NEAR, RED, STOP, TOO_CLOSE, WAITING
 
 from .loop import EXPLAINED, VARIANTS
-from .rows import Rows, row
+from .rows import SURE, Rows, row
 
 TOWARDS, SHORT = 0.005, 1e-3
 """A violation: a point faster than allowed by more [m/s], or a way to stop that misses more of the intrusion distance [m]."""
@@ -33,11 +33,11 @@ PER_VARIANT = {
 """What a row measures, of each variant."""
 DEFINITIONS = {
     "loop_people": "people, each a whole episode beside them in every variant; other rows of the loop are of those without jumps",
-    "stopped_time_ratio": "time in a stop with all of the body over that without",
-    "stopped_time_ratio_speed": "the same with measured speeds and regions, without the stop near the head, over that without",
+    "stopped_time_ratio": "time in a stop with all of the body over that without, where no head is watched",
+    "stopped_time_ratio_speed": "the same with measured speeds and regions over assumed ones, the head watched in neither: what measured speeds bring",
     "stopped_time_ratio_head": "the same of the stop near the head alone",
     "stopped_time_ratio_still": "the same as if everybody stood still, which is not safe: the most that measured speeds could bring",
-    "stopped_time_ratio_body_head": "time in a stop with all of the body over that with the stop near the head alone: what measured speeds bring where the head is watched",
+    "stopped_time_ratio_body_head": "the same, the head watched in both",
     "stopped_close_ratio": "time in a stop with somebody too near, with all of the body over that without: without the wait for them to stay away, which the hysteresis asks for, and without heads",
     "stopped_close_ratio_speed": "the same with measured speeds and regions alone",
     "excess_speed_with": "largest excess of speed with all of the body, by the person's real speed",
@@ -123,7 +123,9 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     rows["excess_speed_with"] = row(_worst(some, "excess", VARIANTS.index("body")), "m/s")
     rows["excess_speed_without"] = row(_worst(some, "excess", VARIANTS.index("off")), "m/s")
     tracked = np.concatenate([case["tracked"] for case in some])
-    sure = np.concatenate([(c["age"] >= 0.3) & (c["explained"] >= 0.85) & c["tracked"] for c in some])
+    sure = np.concatenate(
+        [(c["age"] >= SURE.sure_age) & (c["explained"] >= SURE.sure_explained) & c["tracked"] for c in some]
+    )
     if tracked.any():
         rows["loop_sure_share"] = row(sure.sum() / tracked.sum())
     for variant in VARIANTS:

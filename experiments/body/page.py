@@ -27,7 +27,7 @@ capsules of the person are for the measures alone. Research software, not safety
   explains is tried elsewhere. Where a track is young, or explains less than 90 % of the points, two other
   bodies are fitted beside it, from first guesses over three frames; the better one by points and priors stays.
 * **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round.
-* **Speeds** count where the track is older than 0.3 s, explains 85 % of the points, and every part that may be the nearest is seen and
+* **Speeds** count where the track is older than 1 s, in which other bodies are still tried, explains 85 % of the points, and every part that may be the nearest is seen and
   known to 4 cm; elsewhere 1.6 m/s is assumed. The bound is the measured speed, 2.5 standard deviations, and 4 m/s^2 over the reaction time.
 * **Deviations of speeds**: the filter is told accelerations and noise of points larger than they mostly are, so that it is quick; their
   ratio decides its gains, their size only what it tells of itself. How far frames really correct a joint, squared over the variance of

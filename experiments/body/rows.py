@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hrcjax.body import BodyParams
 from hrcjax.lab.case_store import Case
 
+SURE = BodyParams()
+"""With which age, and which share of explained points, a track is sure."""
 Rows = dict[str, dict[str, Any]]
 Cases = Mapping[str, Mapping[str, Case]]
 """Tracker -> person -> what is measured."""
@@ -18,14 +21,16 @@ BARS = {
     "speed_within_2_sigma": (">=", 0.95),
 }  # fmt: skip
 """Relation and bound of a row of the part track."""
-ALL_BARS = BARS | {"stopped_time_ratio": ("<=", 0.7)}
+ALL_BARS = BARS | dict.fromkeys(
+    ("stopped_time_ratio", "stopped_time_ratio_speed", "stopped_time_ratio_body_head"), ("<=", 0.7)
+)
 """The same of all parts."""
 DEFINITIONS = {
     "people": "people, each an episode of images of two cameras in turn; all other rows but one are of those without jumps of over 8 m/s",
     "tracked_share": "images with points of at least 20 voxels in which there is a track",
     "visible_error": "distance to the fitted part's surface of places on the exact arms and hands that a camera sees in this image or the last",
     "whole_error": "the same of all places on their outside, seen or not, inside the box that is looked at",
-    "sure_error": "the visible ones where the track is older than 0.3 s and explains 85 % of the points",
+    "sure_error": "the visible ones where the track is older than 1 s and explains 85 % of the points",
     "exchanged_share": "tracked images in which left and right are exchanged",
     "exchanges": "times that left and right are exchanged, or back, within a track",
     "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure; every image is looked at",
@@ -86,7 +91,7 @@ def _quantiles(name: str, values: NDArray, unit: str, factor: float) -> Rows:
 def sure_frames(case: Case) -> NDArray:
     """Compared images in which the whole track is old enough and explains enough."""
     f = case["frames"]
-    return case["tracked"][f] & (case["age"][f] >= 0.3) & (case["explained"][f] >= 0.85)
+    return case["tracked"][f] & (case["age"][f] >= SURE.sure_age) & (case["explained"][f] >= SURE.sure_explained)
 
 
 def errors(case: Case, where: str) -> NDArray:
@@ -154,7 +159,7 @@ def speed_rows(cases: Mapping[str, Case]) -> Rows:
 def sure_looked(case: Case) -> NDArray:
     """The same of the images in which speeds are measured."""
     f = case["looked"]
-    return case["tracked"][f] & (case["age"][f] >= 0.3) & (case["explained"][f] >= 0.85)
+    return case["tracked"][f] & (case["age"][f] >= SURE.sure_age) & (case["explained"][f] >= SURE.sure_explained)
 
 
 def deviation_rows(cases: Mapping[str, Case]) -> Rows:

@@ -22,9 +22,9 @@ SOFT = {
 """Numbers of the policy that differ from the cell's own. Its target leaf follows the reference to a millimetre (kp 10, kd 20), and gives
 all back to it that an image's noise pushes; this one is as critically damped, kp / eps = (kd / 2)^2, and swings by centimetres. Collision and
 repulsion begin earlier and push less. Chosen by ours_free beside `reach_in`, seed 0, mean squared jerk at 50 Hz [m^2/s^6] and
-change of curvature at 4 Hz [1/m]: the cell's own 1,000 and 1.22; the soft target leaf alone 3.6 and 0.68; both 1.5 and 0.34; with the last three 1.3 and 0.35. These draw joints to rest, wherever they
-are, and push a soft target leaf 2 mm off a straight way, more by speed: of joints that nothing else moves, 200 1/s, 5e-3 and 1e-3 before; an
-undisturbed cycle's change of curvature is 0.043 with these, and 0.009 without."""
+change of curvature at 4 Hz [1/m]: the cell's own 1,000 and 1.22; the soft target leaf alone 3.6 and 0.68; both 1.5 and 0.34. The last
+three numbers are of leaves that draw joints to rest wherever they are, 200 1/s, 5e-3 and 1e-3 in the cell's own: they push a soft target
+leaf 2 mm off a straight way. Weaker, they leave `reach_in` as it is, and an undisturbed cycle's change of curvature falls from 0.043 to 0.009."""
 
 
 def our_params(speed: float) -> Params:

@@ -71,8 +71,8 @@ class BodyParams(eqx.Module):
     """Points that make a part seen in a frame [1]."""
     better: Scalar = 3.0
     """A new guess of an arm is taken if it lowers the cost by this [1]."""
-    sure_age: Scalar = 0.3
-    """Age of a track from which on its speeds count [s]."""
+    sure_age: Scalar = 1.0
+    """Age of a track from which on its speeds count: `young`, as until then other bodies are still tried [s]."""
     sure_position: Scalar = 0.04
     """Largest standard deviation of a part's place with which its speed counts [m]."""
     sure_unseen: Scalar = 0.07

@@ -76,7 +76,7 @@ def test_what_is_not_seen_is_not_known() -> None:
 
 @pytest.mark.parametrize(
     ("where", "value", "sure"),
-    [("age", 0.31, True), ("age", 0.29, False), ("explained", 0.84, False), ("tracked", False, False), ("speeds", np.nan, False)],
+    [("age", 1.01, True), ("age", 0.99, False), ("explained", 0.84, False), ("tracked", False, False), ("speeds", np.nan, False)],
 )  # fmt: skip
 def test_a_sure_track(where: str, value: float, sure: bool) -> None:
     fit = standing(np.zeros(3))

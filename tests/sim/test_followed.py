@@ -25,6 +25,8 @@ from standing import person_of, pose, surface_points
 
 WALK = 0.3
 """Speed at which the person comes [m/s]."""
+SURE = BodyParams(sure_age=0.3)
+"""Of a track that may be sure within the images below."""
 
 
 def shown(points: np.ndarray, camera: int):
@@ -55,7 +57,7 @@ def followed():
 def test_the_body_is_that_of_the_images(followed) -> None:
     times, found = followed
     fit = found[15].fit
-    assert bool(fit.tracked) and bool(sure_track(BodyParams(), fit))
+    assert bool(fit.tracked) and bool(sure_track(SURE, fit))
     true = np.asarray(joints_of(person_of(pose(y=1.1 - WALK * times[15])))[0])
     assert np.median(np.linalg.norm(np.asarray(fit.joints) - true, axis=1)) < 0.03
     np.testing.assert_allclose(
@@ -73,4 +75,4 @@ def test_time_goes_on_by_the_images(followed) -> None:
 def test_a_refused_image_explains_nothing(followed) -> None:
     """The same points would have: they do not count, and the track is not sure."""
     fit = followed[1][16].fit
-    assert float(fit.explained) == 0 and not bool(sure_track(BodyParams(), fit))
+    assert float(fit.explained) == 0 and not bool(sure_track(SURE, fit))
