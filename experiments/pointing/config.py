@@ -34,7 +34,10 @@ Examples:
     python -m experiments.pointing --pixel 5 --shared 1 --kinds finger
 
   Fingers in other scenes of obstacles:
-    python -m experiments.pointing --scenes clutter --seeds 5 --kinds tip finger"""
+    python -m experiments.pointing --scenes clutter --seeds 5 --kinds tip finger
+
+  Other trials, on which nothing was chosen:
+    python -m experiments.pointing --first 20 --seeds 2"""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class PointingConfig:
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     seeds: int = 1
     """Number of seeds of clutter; the other scenes have one."""
+    first: int = 0
+    """The first seed, of trials and of clutter: those of another are others."""
     trials: int = 48
     """Trials of each kind in each scene."""
     pixel: float = 2.5

@@ -34,6 +34,7 @@ def _check(config: PointingConfig) -> None:
     among(config, "scenes", tuple(SCENES))
     each_once(config, "kinds", "scenes")
     at_least(config, 1, "seeds", "trials")
+    at_least(config, 0, "first")
     if not 0 <= config.pixel <= 50:
         raise UsageError(f"--pixel {config.pixel:g}: accepted are 0 to 50")
     if not 0 <= config.shared <= 1:
@@ -43,7 +44,7 @@ def _check(config: PointingConfig) -> None:
 
 def scenes_of(config: PointingConfig) -> list[tuple[str, int]]:
     """Scenes and seeds."""
-    return [(name, seed) for name in config.scenes for seed in range(config.seeds if name == "clutter" else 1)]
+    return [(name, config.first + k) for name in config.scenes for k in range(config.seeds if name == "clutter" else 1)]
 
 
 def wanted(config: PointingConfig, bench: Bench) -> dict[str, tuple[str, Make]]:

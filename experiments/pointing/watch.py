@@ -12,9 +12,10 @@ from hrcjax.hand import Line, PointingParams, PointingState, held_line, held_poi
 from hrcjax.numerics import safe_norm
 from hrcjax.sense import NoiseParams
 from hrcjax.sense.camera import Camera, render_capsules, render_scene
-from hrcjax.sense.finger_axis import FingerParams, Seen, finger_line, still_depth
+from hrcjax.sense.finger_axis import FingerParams, Seen, finger_line
 from hrcjax.sense.landmark_points import LandmarkParams, Located, locate_landmarks
 from hrcjax.sense.noise import measure
+from hrcjax.sense.still_depth import still_depth
 from hrcjax.typing import Array, Float, PRNGKeyArray, Vector3
 from hrcjax.world import Scene
 

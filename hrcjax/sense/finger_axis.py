@@ -1,7 +1,7 @@
-"""The axis of a finger from all depth pixels on it, in several cameras, joined with its landmarks.
+"""The axis of a finger from all depth pixels about it, in several cameras, joined with its landmarks.
 
 Four landmarks that err by some pixels give the direction of a finger of 9 cm badly. The finger is some pixels wide and some dozen long in
-a depth image: their middle, row by row, is known to a fraction of a pixel, and their depths tell the slope.
+a depth image: its outline tells where it is to a fraction of a pixel, and its depths tell the slope.
 """
 
 from typing import NamedTuple
@@ -12,15 +12,31 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 
 from hrcjax.hand.pointing import Line, line_along
-from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
+from hrcjax.numerics import safe_norm
 from hrcjax.sense.camera import Camera
-from hrcjax.sense.noise import NoiseParams, depth_deviation
-from hrcjax.sense.points import valid_depth
-from hrcjax.typing import Array, Bool, Float, Vector3
+from hrcjax.sense.finger_pixels import (
+    Axis,
+    Evidence,
+    Patch,
+    PixelParams,
+    patch_of,
+    pixel_evidence,
+    place_of,
+    sees_finger,
+)
+from hrcjax.sense.noise import NoiseParams
+from hrcjax.typing import Array, Bool, Float, Scalar
+
+CAMERA_MARKS = 8
+"""Columns and rows of the landmarks in an image."""
+FREE = 4
+"""Of these so many are lost to what is fitted."""
+DAMPING = 1e-3
+"""Of the steps, over a unit diagonal [1]."""
 
 
 class FingerParams(eqx.Module):
-    """What is known of fingers before they are seen, and how pixels are chosen. Values are our estimates."""
+    """What is known of fingers before they are seen. Values are our estimates."""
 
     radius: float = 0.008
     """Half the thickness of an index finger [m]."""
@@ -36,39 +52,15 @@ class FingerParams(eqx.Module):
     """Place of the last joint [1]."""
     joint_spread: float = 0.05
     """Standard deviation of these places [1]."""
-    clear: float = 0.75
-    """From tip (0) to base (1), the part of the finger that no other hides or touches [1]."""
-    beside: float = 1.7
-    """Pixels count up to this distance from the axis, over the radius, in the last rounds [1]."""
-    gate: float = 2.5
-    """And up to so many standard deviations of depth [1]."""
-    skin: float = 0.003
-    """Standard deviation of the depth of the skin besides noise [m]."""
-    outline: float = 1.3
-    """Factor on the standard deviation of the middle of a row of pixels: the finger's borders are cut by whole pixels [1]."""
-    wide: float = 1.8
-    """How much wider both are in the first round [1]."""
-    patch: int = eqx.field(static=True, default=48)
-    """Columns and rows of the image that are searched [px]."""
-    agree: float = 21.0
-    """Sum of squares of the landmarks' errors, over their variances, above which pixels of something else were taken: 95 % of 12 degrees of freedom [1]."""
+    agree: float = 3.09
+    """Quantile, as a standard normal number, of the landmarks' squared errors above which pixels of something else were taken: one in a thousand [1]."""
     step: float = 0.006
     """The longest step of an end of the finger along an axis [m]."""
     rounds: int = eqx.field(static=True, default=14)
-    """Gauss-Newton steps."""
-
-
-class Axis(NamedTuple):
-    """Unknowns of a finger."""
-
-    tip: Vector3
-    """[m]"""
-    along: Vector3
-    """From the base to the tip [m]."""
-    joints: Float[Array, "2"]
-    """Places of middle and last joint between tip (0) and base (1) [1]."""
-    radius: Float[Array, ""]
-    """[m]"""
+    """Steps with an outline that becomes sharp."""
+    last_rounds: int = eqx.field(static=True, default=6)
+    """Steps with a sharp one."""
+    pixels: PixelParams = PixelParams()
 
 
 class Seen(NamedTuple):
@@ -81,22 +73,9 @@ class Seen(NamedTuple):
     found: Bool[Array, "*camera"]
     """Whether its detector found the hand."""
     depth: Float[Array, "*camera height width"]
-    """Median of the images [m]; 0: none."""
+    """Of all images together, `still_depth` [m]; 0: none."""
     images: Float[Array, "*camera height width"]
-    """How many images have a depth there [1]."""
-
-
-def still_depth(
-    images: Float[Array, "image *camera height width"], used: Bool[Array, "image"]
-) -> tuple[Float[Array, "*camera height width"], Float[Array, "*camera height width"]]:
-    """Median of each pixel's depth over the images of a hand that is held still [m], and how many have one; 0 where less than half have."""
-    there = valid_depth(images) & used.reshape(-1, *(1,) * (images.ndim - 1))
-    count = jnp.sum(there, axis=0)
-    order = jnp.sort(jnp.where(there, images, jnp.inf), axis=0)
-    pick = lambda k: jnp.take_along_axis(order, k[None], axis=0)[0]  # noqa: E731
-    low, high = pick(jnp.maximum(count - 1, 0) // 2), pick(count // 2)
-    enough = 2 * count >= jnp.maximum(jnp.sum(used), 1)
-    return jnp.where(enough & (count > 0), 0.5 * (low + high), 0.0), count.astype(images.dtype)
+    """How many images agree on it [1]."""
 
 
 def finger_line(
@@ -107,10 +86,12 @@ def finger_line(
     params: FingerParams | None = None,
     noise: NoiseParams | None = None,
 ) -> Line:
-    """The line of a straight finger by least squares over its landmarks and all depth pixels on it.
+    """The most likely line of a straight finger, by its landmarks and all depth pixels about it.
 
-    A pixel is of the finger if its ray passes the axis near enough and its depth is that of the skin there. For these two
-    residuals count: the distance of the ray from the axis, whose mean over a row of pixels is 0, and the depth.
+    The logarithm of the likelihood of the pixels (`pixel_evidence`), landmarks, and what is known of fingers is maximised by scoring
+    steps: gradient over Fisher's information. The outline is blurred at first, and becomes sharp. Each camera is first asked
+    alone whether it sees the finger at all (`sees_finger`); of one that does not, only landmarks count. The information
+    is that of the covariance.
 
     Where the result contradicts the landmarks, they alone count.
 
@@ -120,50 +101,75 @@ def finger_line(
         length: of the finger by these [m].
     """
     params, noise = params or FingerParams(), noise or NoiseParams()
-    dtype = start.tip.dtype
+    dtype, count = start.tip.dtype, len(seen.spread)
     joints = jnp.asarray([params.middle, params.last], dtype)
     first = Axis(start.tip, length * start.direction, joints, jnp.asarray(params.radius, dtype))
-    patches = jax.vmap(_patch, in_axes=(0, 0, None, None))(cameras, seen, first, params)
-    wide = jnp.maximum(
-        jnp.linspace(params.wide, 0.7, params.rounds, dtype=dtype), 1.0
-    )  # a start that is off must not lose one border of the finger
+    patches = jax.vmap(lambda c, s: patch_of(c, s.depth, s.images, first, params.pixels))(cameras, seen)
     flat, shape = ravel_pytree(first)
-    cut = jax.lax.stop_gradient
 
-    def rows(x: Array, wide: Array) -> tuple[Array, Array]:
-        """Residuals over their deviations, and their weights."""
+    def places(x: Array) -> tuple[Array, Array]:
+        at = jax.vmap(lambda c, p: place_of(c, p.rays, shape(x)))(cameras, patches)
+        return at.inside.ravel(), at.skin.ravel()
+
+    def known(x: Array) -> Array:
+        """Residuals of the landmarks and of what is known before, over their deviations."""
         axis = shape(x)
-        pixels = jax.vmap(lambda c, s, p: _pixel_rows(c, p, axis, params, noise, wide))(cameras, seen, patches)
-        marks = jax.vmap(lambda c, s: _landmark_rows(c, s, axis))(cameras, seen)
         prior = jnp.concatenate([
             (axis.joints - joints) / params.joint_spread, (axis.radius - params.radius)[None] / params.radius_spread,
             (safe_norm(axis.along) - params.length)[None] / params.length_spread,
         ])  # fmt: skip
-        parts = [*pixels, marks, (prior, jnp.ones_like(prior))]
-        return jnp.concatenate([e.ravel() for e, _ in parts]), cut(jnp.concatenate([w.ravel() for _, w in parts]))
+        return jnp.concatenate([jax.vmap(lambda c, s: _landmark_errors(c, s, axis))(cameras, seen).ravel(), prior])
 
-    def normal(x: Array, wide: Array) -> tuple[Array, Array]:
-        e, w = rows(x, wide)
-        J = jax.jacfwd(lambda x: rows(x, wide)[0])(x)
-        return (J * w[:, None]).T @ J, J.T @ (w * e)
+    def normal(x: Array, blur: Array, asked: Array) -> tuple[Array, Array]:
+        """Fisher's information, and the slope downhill."""
 
-    def step(x: Array, wide: Array) -> tuple[Array, None]:
-        N, slope = normal(x, wide)
-        move = _solved(N, slope)
-        # no further than landmarks may err: what a step finds beyond it may be another finger
-        longest = jnp.max(jnp.abs(move[:6]))
-        return x - move * jnp.minimum(1.0, params.step / jnp.maximum(longest, 1e-9)), None
+        def of(camera: Camera, patch: Patch, weight: Array) -> Evidence:
+            e = pixel_evidence(patch, place_of(camera, patch.rays, shape(x)), params.pixels, noise, blur)
+            return jax.tree.map(lambda a: weight * a, e)
 
-    x, _ = jax.lax.scan(step, flat, wide)
-    N, _ = normal(x, jnp.ones((), dtype))
+        e = jax.tree.map(jnp.ravel, jax.vmap(of)(cameras, patches, asked))
+        (outline, skin), marks = jax.jacfwd(places)(x), jax.jacfwd(known)(x)
+        N = (outline * e.edge[:, None]).T @ outline + (skin * e.deep[:, None]).T @ skin + marks.T @ marks
+        return N, marks.T @ known(x) - outline.T @ e.push - skin.T @ e.lag
+
+    def fitted(asked: Array) -> Array:
+        def step(x: Array, blur: Array) -> tuple[Array, None]:
+            move = _solved(*normal(x, blur, asked))
+            # no further than landmarks may err: what a step finds beyond it may be another finger
+            longest = jnp.max(jnp.abs(move[:6]))
+            return x - move * jnp.minimum(1.0, params.step / jnp.maximum(longest, 1e-9)), None
+
+        return jax.lax.scan(step, flat, blurs)[0]
+
+    sharp, wide = (jnp.asarray(b, dtype) for b in (params.pixels.blur, params.pixels.wide))
+    share = jnp.minimum(jnp.arange(params.rounds + params.last_rounds, dtype=dtype) / params.rounds, 1.0)
+    blurs = wide * (sharp / wide) ** share
+
+    def ask(sees: Array, k: Array) -> tuple[Array, Array]:
+        """Camera k alone; last those that see the finger, together."""
+        alone = jnp.arange(count) == k
+        x = fitted(jnp.where(k < count, alone.astype(dtype), sees))
+        own = jax.vmap(lambda c, p: sees_finger(p, place_of(c, p.rays, shape(x)), params.pixels, noise))(cameras, patches)  # fmt: skip
+        return jnp.where(alone, own.astype(dtype), sees), x
+
+    sees, found = jax.lax.scan(ask, jnp.zeros(count, dtype), jnp.arange(count + 1))
+    x = found[-1]
+    N, _ = normal(x, sharp, sees)
     scale = _scale(N)
     covariance = scale[:, None] * jnp.linalg.inv(scale[:, None] * N * scale) * scale
     axis = shape(x)
     line = line_along(axis.tip, axis.along, covariance[:6, :6])
-    e, there = jax.vmap(lambda c, s: _landmark_rows(c, s, axis))(cameras, seen)
+    e = jax.vmap(lambda c, s: _landmark_errors(c, s, axis))(cameras, seen)
+    freedom = jnp.maximum(CAMERA_MARKS * jnp.sum(seen.found.astype(dtype)) - FREE, 1.0)
     finite = jnp.all(jnp.isfinite(x)) & jnp.all(jnp.isfinite(line.covariance))
-    good = finite & (jnp.sum(there * e * e) <= params.agree)
+    good = finite & (jnp.sum(e * e) <= chi_square(freedom, params.agree))
     return jax.tree.map(lambda new, old: jnp.where(good, new, old), line, start)
+
+
+def chi_square(freedom: Float[Array, ""], quantile: Scalar) -> Float[Array, ""]:
+    """Quantile of the chi-square distribution, by that of the normal one (Wilson and Hilferty 1931)."""
+    a = 2.0 / (9.0 * freedom)
+    return freedom * (1.0 - a + quantile * jnp.sqrt(a)) ** 3
 
 
 def _scale(N: Array) -> Array:
@@ -173,74 +179,15 @@ def _scale(N: Array) -> Array:
 def _solved(N: Array, slope: Array) -> Array:
     """N^-1 slope, scaled to a unit diagonal: lengths and shares differ by orders."""
     scale = _scale(N)
-    return scale * jnp.linalg.solve(scale[:, None] * N * scale + 1e-6 * jnp.eye(len(N), dtype=N.dtype), scale * slope)
+    damped = scale[:, None] * N * scale + DAMPING * jnp.eye(len(N), dtype=N.dtype)
+    return scale * jnp.linalg.solve(damped, scale * slope)
 
 
-class _Patch(NamedTuple):
-    rays: Array
-    """(row column 3) of pixels, in the camera, of depth 1."""
-    depth: Array
-    images: Array
-
-
-def _patch(camera: Camera, seen: Seen, axis: Axis, params: FingerParams) -> _Patch:
-    """The pixels about the middle of a finger."""
-    size = params.patch
-    own = (axis.tip - 0.5 * axis.along - camera.position) @ camera.rotation
-    focal, middle = jnp.stack([camera.fx, camera.fy]), jnp.stack([camera.cx, camera.cy])
-    at = own[:2] / jnp.maximum(own[2], 0.05) * focal + middle
-    most = jnp.asarray([seen.depth.shape[1] - size, seen.depth.shape[0] - size], at.dtype)
-    corner = jnp.clip(jnp.round(at - size / 2), 0, jnp.maximum(most, 0)).astype(jnp.int32)
-    cut = lambda a: jax.lax.dynamic_slice(a, (corner[1], corner[0]), (size, size))  # noqa: E731
-    steps = jnp.arange(size, dtype=corner.dtype)
-    u, v = jnp.meshgrid(corner[0] + steps, corner[1] + steps)
-    x = (u.astype(at.dtype) - camera.cx) / camera.fx
-    y = (v.astype(at.dtype) - camera.cy) / camera.fy
-    return _Patch(jnp.stack([x, y, jnp.ones_like(x)], axis=-1), cut(seen.depth), cut(seen.images))
-
-
-def _pixel_rows(
-    camera: Camera, patch: _Patch, axis: Axis, params: FingerParams, noise: NoiseParams, wide: Array
-) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Distances of rays from the axis, and depths, each as residuals over deviations with weights."""
-    cut = jax.lax.stop_gradient
-    T = (axis.tip - camera.position) @ camera.rotation
-    w = -(axis.along @ camera.rotation)  # from the tip to the base
-    rays = patch.rays
-    # nearest points of ray s d and axis T + m w
-    across = jnp.cross(rays, jnp.broadcast_to(w, rays.shape))
-    size = safe_norm(across)
-    aside = safe_divide(across @ T, size)
-    dd, dw, ww = jnp.sum(rays * rays, axis=-1), rays @ w, w @ w
-    m = safe_divide(dw * (rays @ T) - dd * (w @ T), dd * ww - dw * dw)
-    sine = safe_divide(size, safe_sqrt(dd * ww))
-    axis_depth = T[2] + m * w[2]
-    # the radius that is fitted moves the skin alone; which pixels are looked at does not change with it
-    bulge = safe_sqrt(jnp.maximum(1.0 - cut(aside / params.radius) ** 2, 0.25))
-    skin = axis_depth - safe_divide(axis.radius * bulge, cut(jnp.maximum(sine, 0.2) * jnp.sqrt(dd)))
-
-    n = jnp.maximum(patch.images, 1.0)
-    z = jnp.maximum(patch.depth, noise.near)
-    own = depth_deviation(z, noise)
-    deep = jnp.sqrt(1.57 * own**2 / n + params.skin**2)  # of a median
-    e = (patch.depth - skin) / deep
-    there = (patch.depth > 0) & (m > 0) & (m < params.clear)
-    of_finger = jax.nn.sigmoid((params.gate * wide - jnp.abs(e)) / 0.25)
-    near = jax.nn.sigmoid((params.beside * wide * params.radius - jnp.abs(aside)) / (0.1 * params.radius))
-    weight = jnp.where(there, of_finger * near, 0.0)
-    # a row of 2 r / p pixels of size p whose middle is known to p / sqrt(24), as both borders are cut by whole pixels
-    pixel = z / camera.fx
-    side = params.outline * jnp.sqrt(2 * params.radius * pixel / 24.0)
-    inner = jnp.where(jnp.abs(aside) < 0.9 * params.radius, weight, 0.0)
-    return (aside / cut(side), cut(weight)), (e, cut(inner))
-
-
-def _landmark_rows(camera: Camera, seen: Seen, axis: Axis) -> tuple[Array, Array]:
-    """Landmarks beside where the finger has them."""
+def _landmark_errors(camera: Camera, seen: Seen, axis: Axis) -> Array:
+    """How far landmarks are from where the finger has them, over their deviations; 0 where there are none."""
     share = jnp.concatenate([jnp.ones(1, axis.joints.dtype), axis.joints, jnp.zeros(1, axis.joints.dtype)])
     own = (axis.tip - share[:, None] * axis.along - camera.position) @ camera.rotation
     focal, middle = jnp.stack([camera.fx, camera.fy]), jnp.stack([camera.cx, camera.cy])
     at = own[:, :2] / jnp.maximum(own[:, 2:], 0.05) * focal + middle
     there = seen.found & jnp.all(jnp.isfinite(seen.pixels), axis=-1, keepdims=True)
-    e = (at - jnp.where(there, seen.pixels, 0)) / seen.spread
-    return e, jnp.broadcast_to(there, e.shape).astype(e.dtype)
+    return jnp.where(there, at - jnp.where(there, seen.pixels, 0), 0.0) / seen.spread

@@ -9,9 +9,10 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.hand import Line
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import Camera, render_capsules
-from hrcjax.sense.finger_axis import Seen, finger_line, still_depth
+from hrcjax.sense.finger_axis import Seen, finger_line
 from hrcjax.sense.noise import NoiseParams, measure
 from hrcjax.sense.rig import stack_cameras
+from hrcjax.sense.still_depth import still_depth
 
 EYES = ((1.2, -0.7, 1.5), (-1.2, -0.7, 1.4))
 TIP = np.array([0.05, 0.1, 0.2], np.float32)
@@ -121,13 +122,3 @@ def test_what_contradicts_the_landmarks_is_not_taken(line_of, exact, pixels) -> 
     assert angle(found.direction) > 4 and float(found.covariance[0, 0]) == pytest.approx(1e-3)
     nothing = line_of(np.full_like(pixels, np.nan), jnp.zeros_like(exact))
     assert np.isfinite(nothing.tip).all()
-
-
-def test_the_median_of_images_leaves_out_what_flies_and_what_is_missing() -> None:
-    images = np.array([2.0, 2.02, 2.01, 3.5, 0.0, 1.0], np.float32)[:, None, None]
-    median, count = still_depth(jnp.asarray(images), jnp.asarray([True] * 5 + [False]))
-    assert float(median[0, 0]) == pytest.approx(2.015) and float(count[0, 0]) == 4
-    few, _ = still_depth(jnp.asarray(images), jnp.asarray([False] * 3 + [True, True, False]))
-    assert float(few[0, 0]) == 3.5
-    none, count = still_depth(jnp.asarray(0 * images), jnp.ones(6, bool))
-    assert float(none[0, 0]) == 0.0 and float(count[0, 0]) == 0
