@@ -31,6 +31,8 @@ class PointingParams(eqx.Module):
     """For so long the hand may be lost without the time beginning anew [s]."""
     touch: float = 0.04
     """A tip nearer to a surface than this touches it: the place is beside the tip, and not along the finger [m]."""
+    finger: float = 0.008
+    """Half the thickness of a finger: a tip that touches a surface is so far from it [m]."""
     far: float = 3.0
     """The longest way from the tip to a place [m]."""
     tolerance: float = 0.012
@@ -210,6 +212,10 @@ def line_along(tip: Vector3, along: Vector3, covariance: Float[Array, "6 6"]) ->
 def pointed_place(params: PointingParams, line: Line, distance: DistanceFn) -> Pointed:
     """The place on a surface that a line points at: beside the tip where it touches, else the first along the line.
 
+    A tip that touches is half a finger's thickness from the surface. What the map has more or less is air, or what the map is off, in any
+    direction: at edges and columns the nearest surface of a map of points is farther than the true one, and elsewhere. It counts as a
+    standard deviation along every axis.
+
     The covariance along a line is that of places of lines about it, `NEIGHBOURS` standard deviations to each side along its main
     axes (the unscented transform of Julier and Uhlmann): it is large at a grazing ray, and where the line may miss the edge of what it meets.
 
@@ -234,7 +240,9 @@ def pointed_place(params: PointingParams, line: Line, distance: DistanceFn) -> P
     slant = jnp.maximum(jnp.abs(safe_divide(there, safe_norm(there)) @ line.direction), STEEPEST)
 
     place = jnp.where(touched, beside, hits.point[0])
-    covariance = jnp.where(touched, flat @ line.covariance[:3, :3] @ flat.T, apart.T @ apart / (2 * NEIGHBOURS**2))
+    gap = d - params.finger  # air, or what the map is off
+    at_tip = flat @ line.covariance[:3, :3] @ flat.T + gap * gap * eye
+    covariance = jnp.where(touched, at_tip, apart.T @ apart / (2 * NEIGHBOURS**2))
     surface = params.surface * jnp.where(touched, off, line.direction / slant)
     found = jnp.isfinite(d) & (touched | hits.found[0])
     return Pointed(place, covariance + jnp.outer(surface, surface), found, touched)

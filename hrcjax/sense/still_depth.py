@@ -6,7 +6,7 @@ from hrcjax.sense.noise import NoiseParams, depth_deviation
 from hrcjax.sense.points import valid_depth
 from hrcjax.typing import Array, Bool, Float
 
-NEAR = 3.0
+NEAR = 4.0
 """Depths farther than so many standard deviations from the rest do not count: they fly, or belong to something else [1]."""
 ROUNDS = 4
 LEAST = 1e-3

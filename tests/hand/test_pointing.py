@@ -241,5 +241,28 @@ def test_a_tip_at_a_surface_names_what_is_beside_it() -> None:
     place = pointed_place(PARAMS, line, table)
     assert bool(place.touched)
     np.testing.assert_allclose(place.place, [0.1, 0.2, 0.0], atol=1e-6)
-    np.testing.assert_allclose(np.diag(place.covariance), [1e-6, 1e-6, 0.0], atol=1e-9)
-    assert float(spread(place.covariance)) == pytest.approx(1e-3, rel=1e-3)
+    gap = (0.012 - PARAMS.finger) ** 2
+    np.testing.assert_allclose(np.diag(place.covariance), [1e-6 + gap, 1e-6 + gap, gap], atol=1e-9)
+    at_skin = line._replace(tip=jnp.asarray([0.1, 0.2, PARAMS.finger]))
+    assert float(spread(pointed_place(PARAMS, at_skin, table).covariance)) == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_a_tip_at_an_edge_that_the_map_has_rounded_off_is_covered() -> None:
+    """Fingers on a box whose map has lost a centimetre and a half of every face: places beside them are off, and told to be."""
+    rng, half, lost = np.random.default_rng(0), np.array([0.1, 0.1, 0.1]), 0.015
+    x = rng.normal(size=(200, 3))
+    x = np.clip(0.13 * x / np.abs(x).max(axis=1, keepdims=True), -half, half)  # many at edges and corners
+    out = np.where(np.abs(x) >= half - 1e-9, np.sign(x), 0.0)
+    tips = x + 0.01 * out / np.linalg.norm(out, axis=1, keepdims=True)
+
+    def distance(x):
+        return box_distance(x, jnp.zeros(3, x.dtype), jnp.asarray(half - lost, x.dtype))
+
+    def one(tip):
+        return pointed_place(PARAMS, Line(tip, -UP.astype(tip.dtype), 1e-6 * jnp.eye(6, dtype=tip.dtype)), distance)
+
+    found = jax.jit(jax.vmap(one))(jnp.asarray(tips, float))
+    off = np.linalg.norm(np.asarray(found.place) - x, axis=1)
+    told = np.asarray(jax.vmap(spread)(found.covariance))
+    assert bool(found.touched.all()) and np.median(off) > 0.012
+    assert np.mean(off <= 2 * told) > 0.9 and np.median(told) < 0.03
