@@ -37,10 +37,8 @@ class PixelParams(eqx.Module):
 
     clear: float = 0.82
     """From tip (0) to base (1), the part of a finger in front of its knuckle [1]."""
-    past: float = 0.15
-    """Pixels count up to so far past the tip, over the length [1]."""
     beside: float = 2.5
-    """And up to this distance from the axis, over the radius [1]."""
+    """Pixels count up to this distance from the axis, over the radius [1]."""
     skin: float = 0.003
     """Standard deviation of the depth of the skin besides noise [m]."""
     blur: float = 0.08
@@ -119,14 +117,14 @@ def patch_of(
 
 
 def place_of(camera: Camera, rays: Float[Array, "row column 3"], axis: Axis) -> Place:
-    """Where rays pass a finger: a straight one of one radius, round at the tip."""
+    """Where rays pass a finger: a straight one of one radius. What lies past its tip is not asked: it may be what the finger touches."""
     cut = jax.lax.stop_gradient
     T = (axis.tip - camera.position) @ camera.rotation
     w = -(axis.along @ camera.rotation)  # from the tip to the base
     # nearest points of ray s d and axis T + m w
     dd, dw, ww = jnp.sum(rays * rays, axis=-1), rays @ w, w @ w
     m = safe_divide(dw * (rays @ T) - dd * (w @ T), dd * ww - dw * dw)
-    nearest = T + jnp.clip(m, 0.0, 1.0)[..., None] * w
+    nearest = T + m[..., None] * w
     aside = safe_norm(nearest - safe_divide(jnp.sum(rays * nearest, axis=-1), dd)[..., None] * rays)
     size = safe_norm(jnp.cross(rays, jnp.broadcast_to(w, rays.shape)))
     sine = jnp.maximum(safe_divide(size, safe_sqrt(dd * ww)), 0.2)
@@ -169,7 +167,7 @@ def pixel_evidence(patch: Patch, place: Place, params: PixelParams, noise: Noise
     rho = jnp.where(seen, depth_ratio + params.lost, jnp.where(z.there, 1.0, params.hole))
     p = jax.nn.sigmoid(place.inside / blur)
     either = 1.0 + p * (rho - 1.0)
-    counts = (place.along > -params.past) & (place.along < params.clear) & (place.near < params.beside)
+    counts = (place.along > 0) & (place.along < params.clear) & (place.near < params.beside)
     weight = counts.astype(p.dtype)
     own = jnp.where(seen, p * safe_divide(depth_ratio, either), 0.0)  # how likely the depth is that of the skin
     step = weight * p * (1.0 - p)
