@@ -56,9 +56,9 @@ class FingerParams(eqx.Module):
     """Quantile, as a standard normal number, of the landmarks' squared errors above which pixels of something else were taken: one in a thousand [1]."""
     step: float = 0.006
     """The longest step of an end of the finger along an axis [m]."""
-    rounds: int = eqx.field(static=True, default=14)
+    rounds: int = eqx.field(static=True, default=8)
     """Steps with an outline that becomes sharp."""
-    last_rounds: int = eqx.field(static=True, default=6)
+    last_rounds: int = eqx.field(static=True, default=4)
     """Steps with a sharp one."""
     pixels: PixelParams = PixelParams()
 

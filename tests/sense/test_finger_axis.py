@@ -4,12 +4,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.stats import chi2, norm
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.hand import Line
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import Camera, render_capsules
-from hrcjax.sense.finger_axis import Seen, finger_line
+from hrcjax.sense.finger_axis import Seen, chi_square, finger_line
 from hrcjax.sense.noise import NoiseParams, measure
 from hrcjax.sense.rig import stack_cameras
 from hrcjax.sense.still_depth import still_depth
@@ -122,3 +123,27 @@ def test_what_contradicts_the_landmarks_is_not_taken(line_of, exact, pixels) -> 
     assert angle(found.direction) > 4 and float(found.covariance[0, 0]) == pytest.approx(1e-3)
     nothing = line_of(np.full_like(pixels, np.nan), jnp.zeros_like(exact))
     assert np.isfinite(nothing.tip).all()
+
+
+def test_of_cameras_that_see_something_else_only_landmarks_count(line_of, cameras, exact, pixels) -> None:
+    """A forearm beside the finger hides it, of its depth, with a border aslant over where it should be."""
+    images = []
+    for k in range(2):
+        out = np.cross(U, np.asarray(cameras.rotation[k, :, 2]))
+        out /= np.linalg.norm(out)
+        middle, aslant = TIP - 0.5 * LENGTH * U - 0.04 * out, U + 0.25 * out
+        ends = np.stack([middle - 0.3 * aslant, middle + 0.3 * aslant])[:, None]
+        arm = Capsules(*(jnp.asarray(x, jnp.float32) for x in (*ends, [0.04])))
+        images.append(render_capsules(jax.tree.map(lambda a, k=k: a[k], cameras), arm, exact[k]))
+    for shown in (jnp.stack(images), exact.at[1].set(images[1])):
+        found = line_of(pixels + np.float32(0.7), shown, turn=np.array([0.05, -0.04, 0.0], np.float32))
+        left = jnp.where((shown == exact).all((1, 2), keepdims=True), exact, 0.0)
+        alone = line_of(pixels + np.float32(0.7), left)
+        np.testing.assert_allclose(found.direction, alone.direction, atol=2e-3)
+        np.testing.assert_allclose(found.covariance, alone.covariance, atol=1e-6)
+
+
+@pytest.mark.parametrize("freedom", [4.0, 12.0, 20.0])
+def test_the_limit_of_disagreement_is_the_quantile_for_any_number_of_cameras(freedom: float) -> None:
+    told = float(chi_square(jnp.float32(freedom), float(norm.ppf(0.999))))
+    assert told == pytest.approx(chi2.ppf(0.999, freedom), rel=0.02)
