@@ -11,11 +11,12 @@ DESCRIPTION = """Start and goal chosen by pointing, in simulation: how far the p
   tip      the finger touches the table or an obstacle
   finger   the line along the index finger, to a surface 0.3 to 1.2 m away
   fresh    the same, with errors of the landmarks that are new in every image
+  wide     the same, in images in which what is near is wider by a pixel to each side, as of windows that are matched
   arm      the line from shoulder to wrist
   away     a finger that points at nothing: refused
   through  a hand that passes, pointing: no choice
 
-A finger's line is that of all depth pixels on it, joined with its landmarks; beside it stand the line by the landmarks alone, and the least
+A finger's line is the likeliest by all depth pixels about it and its landmarks; beside it stand the line by the landmarks alone, and the least
 error that is possible with them. A hand that wanders faster than 3 cm/s chooses nothing.
 
 The cell is surveyed with its table. People of capsules point with hands of 21 landmarks; two noisy depth cameras of 15 Hz see them, and a
@@ -46,8 +47,8 @@ class PointingConfig:
 
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
-    kinds: tuple[str, ...] = ("tip", "finger", "fresh", "arm", "away", "through")
-    """Kinds of trials: tip, finger, fresh, arm, away, through."""
+    kinds: tuple[str, ...] = ("tip", "finger", "fresh", "arm", "away", "through", "wide")
+    """Kinds of trials: tip, finger, fresh, arm, away, through, wide."""
     scenes: tuple[str, ...] = ("robotica", "clutter")
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     seeds: int = 1

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from hrcjax.sim import PLACE_REASONS, describe_place
 
+from .trials import AGAIN
+
 Case = dict[str, NDArray]
 Rows = dict[str, dict[str, Any]]
 NEAR_ONE = (0.8, 1.2)
@@ -53,6 +55,11 @@ WORDS = {
     "fresh_angle_p50": "ray_angle_p50 with these",
     "fresh_told_p50_1m": "told_p50_1m with these",
     "fresh_coverage": "coverage of these",
+    "wide_p50_1m": "ray_p50_1m in images in which what is near is wider by a pixel to each side",
+    "wide_across_p50_1m": "ray_across_p50_1m in these",
+    "wide_angle_p50": "ray_angle_p50 in these",
+    "wide_told_p50_1m": "told_p50_1m in these",
+    "wide_coverage": "coverage in these",
     "arm_p50_1m": f"median {ERROR}, along the arm, surfaces at 0.8 to 1.2 m from the wrist",
     "arm_p95_1m": "95th percentile of the same",
     "arm_angle_p50": "median angle between the line found and the true one, all ways",
@@ -206,15 +213,15 @@ def ray_rows(case: Case) -> Rows:
     }
 
 
-def fresh_rows(case: Case) -> Rows:
-    """Of index fingers whose landmarks err anew in every image."""
+def again_rows(case: Case, kind: str) -> Rows:
+    """Of index fingers whose landmarks err anew in every image, or in images in which what is near is wider."""
     metre = _metre(case)
     return {
-        "fresh_p50_1m": row(100 * _at(errors(case)[metre], 50), "cm"),
-        "fresh_across_p50_1m": row(100 * _at(across(case)[metre], 50), "cm"),
-        "fresh_angle_p50": row(math.degrees(_at(angles(case), 50)), "deg"),
-        "fresh_told_p50_1m": row(100 * _at(told(case)[0][metre], 50), "cm"),
-        "fresh_coverage": row(_mean(covered(case))),
+        f"{kind}_p50_1m": row(100 * _at(errors(case)[metre], 50), "cm"),
+        f"{kind}_across_p50_1m": row(100 * _at(across(case)[metre], 50), "cm"),
+        f"{kind}_angle_p50": row(math.degrees(_at(angles(case), 50)), "deg"),
+        f"{kind}_told_p50_1m": row(100 * _at(told(case)[0][metre], 50), "cm"),
+        f"{kind}_coverage": row(_mean(covered(case))),
     }
 
 
@@ -252,8 +259,11 @@ def shared_rows(by_kind: Mapping[str, Case]) -> Rows:
 def all_rows(by_kind: Mapping[str, Case]) -> Rows:
     """All rows of the kinds that were played."""
     rows: Rows = {"trials": row(sum(len(case["way"]) for case in by_kind.values()))}
-    for kind, make in (("tip", tip_rows), ("finger", ray_rows), ("fresh", fresh_rows), ("arm", arm_rows)):
+    for kind, make in (("tip", tip_rows), ("finger", ray_rows)):
         rows |= make(by_kind[kind]) if kind in by_kind else {}
+    for kind in AGAIN:
+        rows |= again_rows(by_kind[kind], kind) if kind in by_kind else {}
+    rows |= arm_rows(by_kind["arm"]) if "arm" in by_kind else {}
     rows |= shared_rows(by_kind) if any(kind in by_kind for kind in POINTS_AT) else {}
     if "away" in by_kind:
         case = by_kind["away"]

@@ -26,8 +26,11 @@ KINDS = {
     "arm": "the line from shoulder to wrist of a straight arm, to a surface 0.3 to 1.2 m from the wrist",
     "away": "a finger that points at nothing",
     "through": "a hand that passes, pointing, at 0.1 to 0.6 m/s",
+    "wide": "the same fingers, in images in which what is near is wider by a pixel to each side",
 }
 """Kinds of trials."""
+AGAIN = ("fresh", "wide")
+"""Kinds with the trials of `finger`."""
 WAYS = (0.3, 0.6, 0.9, 1.2)
 """Limits of the ways to a place, each third of which as many trials have [m]."""
 SPEEDS = (0.1, 0.6)
@@ -185,6 +188,7 @@ def _draw_away(scene: Scene, random: np.random.Generator, count: int) -> _Drawn:
 
 DRAWS: dict[str, Callable[[Scene, np.random.Generator, int], _Drawn]] = {
     "tip": _draw_tip, "finger": _draw_finger, "fresh": _draw_finger, "arm": _draw_arm, "away": _draw_away, "through": _draw_finger,
+    "wide": _draw_finger,
 }  # fmt: skip
 
 
@@ -256,8 +260,8 @@ def _gradients(scene: Scene, x: Array) -> Array:
 
 
 def number_of(kind: str) -> int:
-    """The number of a kind, for random draws; that of `fresh` is that of `finger`."""
-    return list(KINDS).index("finger" if kind == "fresh" else kind)
+    """The number of a kind, for random draws; those of `fresh` and `wide` are that of `finger`."""
+    return list(KINDS).index("finger" if kind in AGAIN else kind)
 
 
 def draw_trials(kind: str, scene: Scene, cameras: Camera, points: NDArray, count: int, seed: int) -> Trials:
@@ -271,7 +275,7 @@ def draw_trials(kind: str, scene: Scene, cameras: Camera, points: NDArray, count
         RuntimeError: too few candidates will do.
     """
     random, tree = np.random.default_rng([seed, number_of(kind)]), KDTree(points)
-    bins = len(WAYS) - 1 if kind in ("finger", "fresh", "arm") else 1
+    bins = len(WAYS) - 1 if kind in ("finger", *AGAIN, "arm") else 1
     quota = [count // bins + (k < count % bins) for k in range(bins)]
     kept: list[tuple[_Drawn, NDArray, NDArray, NDArray]] = []
     for _ in range(MOST_BATCHES):

@@ -45,6 +45,8 @@ class Watch(NamedTuple):
     """How far each landmark of the line is below the skin [m]."""
     depth_error: tuple[float, ...]
     """How badly that is known [m]."""
+    wider: int = 0
+    """By how much what is near is wider to each side [px]."""
 
 
 FINGER_WATCH = Watch(12, (128, 112), False, True, (0.007,) * 4, (0.004,) * 4)
@@ -52,6 +54,7 @@ WATCHES = {
     "tip": FINGER_WATCH,
     "finger": FINGER_WATCH,
     "fresh": FINGER_WATCH,
+    "wide": FINGER_WATCH._replace(wider=1),
     "away": FINGER_WATCH,
     "arm": Watch(12, (224, 208), False, False, (ARM_RADII["upper arm"], ARM_RADII["forearm"]), (0.02, 0.01)),
     "through": FINGER_WATCH._replace(images=24, size=(96, 80), moving=True),
@@ -106,6 +109,12 @@ def located(cameras: Camera, images: Array, pixels: Array, watch: Watch, pixel: 
     return jax.tree.map(lambda *a: jnp.concatenate(a)[back], *parts)
 
 
+def widened(depth: Float[Array, "height width"], by: int) -> Float[Array, "height width"]:
+    """A depth image [m] in which what is near is wider by some pixels to each side, as a stereo camera makes it that matches windows."""
+    size = 2 * by + 1
+    return jax.lax.reduce_window(depth, jnp.asarray(jnp.inf, depth.dtype), jax.lax.min, (size, size), (1, 1), "SAME")
+
+
 @partial(jax.jit, static_argnums=0)
 def watch_trials(
     watch: Watch,
@@ -158,7 +167,7 @@ def _trial(
 
         def render(camera: Camera, shift: Array) -> Array:
             there = Capsules(body.a + shift, body.b + shift, body.radius)
-            return render_capsules(camera, there, render_scene(camera, scene))
+            return widened(render_capsules(camera, there, render_scene(camera, scene)), watch.wider)
 
         return whole, corner, crop, jax.vmap(render)(crop, moved)
 

@@ -52,6 +52,8 @@ class FingerParams(eqx.Module):
     """Place of the last joint [1]."""
     joint_spread: float = 0.05
     """Standard deviation of these places [1]."""
+    swell_spread: float = 1.0
+    """Standard deviation of how much wider its outline is [px]."""
     agree: float = 3.09
     """Quantile, as a standard normal number, of the landmarks' squared errors above which pixels of something else were taken: one in a thousand [1]."""
     step: float = 0.006
@@ -103,7 +105,8 @@ def finger_line(
     params, noise = params or FingerParams(), noise or NoiseParams()
     dtype, count = start.tip.dtype, len(seen.spread)
     joints = jnp.asarray([params.middle, params.last], dtype)
-    first = Axis(start.tip, length * start.direction, joints, jnp.asarray(params.radius, dtype))
+    zero = jnp.zeros((), dtype)
+    first = Axis(start.tip, length * start.direction, joints, jnp.asarray(params.radius, dtype), zero)
     patches = jax.vmap(lambda c, s: patch_of(c, s.depth, s.images, first, params.pixels))(cameras, seen)
     flat, shape = ravel_pytree(first)
 
@@ -116,7 +119,7 @@ def finger_line(
         axis = shape(x)
         prior = jnp.concatenate([
             (axis.joints - joints) / params.joint_spread, (axis.radius - params.radius)[None] / params.radius_spread,
-            (safe_norm(axis.along) - params.length)[None] / params.length_spread,
+            (safe_norm(axis.along) - params.length)[None] / params.length_spread, axis.swell[None] / params.swell_spread,
         ])  # fmt: skip
         return jnp.concatenate([jax.vmap(lambda c, s: _landmark_errors(c, s, axis))(cameras, seen).ravel(), prior])
 

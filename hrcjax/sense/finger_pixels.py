@@ -30,6 +30,8 @@ class Axis(NamedTuple):
     """Places of middle and last joint between tip (0) and base (1) [1]."""
     radius: Float[Array, ""]
     """[m]"""
+    swell: Float[Array, ""]
+    """How much wider its outline is to each side: a stereo camera matches windows of pixels [px]."""
 
 
 class PixelParams(eqx.Module):
@@ -37,7 +39,7 @@ class PixelParams(eqx.Module):
 
     clear: float = 0.82
     """From tip (0) to base (1), the part of a finger in front of its knuckle [1]."""
-    beside: float = 2.5
+    beside: float = 3.5
     """Pixels count up to this distance from the axis, over the radius [1]."""
     skin: float = 0.003
     """Standard deviation of the depth of the skin besides noise [m]."""
@@ -132,7 +134,7 @@ def place_of(camera: Camera, rays: Float[Array, "row column 3"], axis: Axis) -> 
     bulge = safe_sqrt(jnp.maximum(1.0 - safe_divide(aside, axis.radius) ** 2, 0.25))
     skin = nearest[..., 2] - axis.radius * cut(safe_divide(bulge, sine * jnp.sqrt(dd)))
     pixel = cut(jnp.maximum(nearest[..., 2], 0.05) / camera.fx)
-    return Place((axis.radius - aside) / pixel, skin, cut(m), cut(safe_divide(aside, axis.radius)))
+    return Place((axis.radius - aside) / pixel + axis.swell, skin, cut(m), cut(safe_divide(aside, axis.radius)))
 
 
 class _Depths(NamedTuple):

@@ -230,7 +230,7 @@ def test_page_and_figures(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--kinds", "toe"], "--kinds toe: accepted are tip, finger, fresh, arm, away, through"),
+        (["--kinds", "toe"], "--kinds toe: accepted are tip, finger, fresh, arm, away, through, wide"),
         (["--scenes", "moon"], "--scenes moon: accepted are robotica"),
         (["--pixel", "-1"], "--pixel -1: accepted are 0 to 50"),
         (["--shared", "2"], "--shared 2: accepted are 0 to 1"),

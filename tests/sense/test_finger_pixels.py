@@ -38,7 +38,9 @@ def camera() -> Camera:
 @pytest.fixture(scope="module")
 def axis() -> Axis:
     joints = jnp.asarray([0.5, 0.2], jnp.float32)
-    return Axis(jnp.asarray(TIP, jnp.float32), jnp.asarray(LENGTH * U, jnp.float32), joints, jnp.float32(RADIUS))
+    return Axis(
+        jnp.asarray(TIP, jnp.float32), jnp.asarray(LENGTH * U, jnp.float32), joints, jnp.float32(RADIUS), jnp.float32(0)
+    )
 
 
 def image(camera: Camera, behind: float, *more: tuple[np.ndarray, np.ndarray, float]) -> jax.Array:
