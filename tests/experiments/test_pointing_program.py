@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.ndimage import minimum_filter
 
 from experiments.pointing.__main__ import main
 from experiments.pointing.bench import CHUNK, in_chunks
@@ -13,11 +14,12 @@ from experiments.pointing.bound import bound_errors, line_information
 from experiments.pointing.config import PointingConfig
 from experiments.pointing.figures import draw
 from experiments.pointing.hand import INDEX, PALM_SIZE, SHAPE, TIP, frame_of, hand_at
-from experiments.pointing.page import page
+from experiments.pointing.page import options, page
 from experiments.pointing.people import NEAREST, REACH, Stand, elbows, shoulders
 from experiments.pointing.rows import BARS, Case, all_rows, definition, holds
+from experiments.pointing.run import scenes_of
 from experiments.pointing.trials import KINDS, SEEN, WAYS, draw_trials, in_sight, unit
-from experiments.pointing.watch import FINGER_WATCH, WATCHES, cropped, projected, watch_trials
+from experiments.pointing.watch import FINGER_WATCH, WATCHES, cropped, projected, watch_trials, widened
 from hrcjax.hand import LANDMARKS, PALM, PointingParams
 from hrcjax.sense import d435i
 from hrcjax.sense.camera import render_scene
@@ -136,6 +138,18 @@ def test_a_cropped_camera_sees_the_same(scene) -> None:
     moved = projected(both, jnp.stack([x, x])) - projected(crop, jnp.stack([x, x]))
     np.testing.assert_allclose(moved, np.broadcast_to([[[30, 20]], [[60, 50]]], (2, 2, 2)), atol=1e-3)
     np.testing.assert_allclose(projected(both, jnp.stack([x, x]))[0, 0], [79.75, 59.25], atol=0.3)
+
+
+def test_what_is_near_is_wider_by_a_pixel() -> None:
+    depth = np.random.default_rng(0).uniform(1, 3, (20, 30)).astype(np.float32)
+    np.testing.assert_array_equal(widened(jnp.asarray(depth), 1), minimum_filter(depth, 3, mode="constant", cval=9.0))
+    np.testing.assert_array_equal(widened(jnp.asarray(depth), 0), depth)
+
+
+def test_seeds_begin_where_they_are_told_to() -> None:
+    told = PointingConfig(first=20, seeds=2)
+    assert scenes_of(told) == [("robotica", 20), ("clutter", 20), ("clutter", 21)]
+    assert options(told) == " --seeds 2 --first 20"
 
 
 @pytest.mark.parametrize("count", [1, CHUNK, 2 * CHUNK + 5])
