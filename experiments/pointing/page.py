@@ -114,7 +114,8 @@ def _wide(rows: Mapping[str, Mapping[str, Any]]) -> str:
         return ""
     error, angle, covered = found
     return f""" In images in which all that is near is wider by a pixel to each side (`wide`), curled fingers grow together with the one
-that points, and the error is {error:.1f} cm, {angle:.1f} degrees; what is told then covers {covered:.0%} of the places: the method does not know of it."""
+that points, and the error is {error:.1f} cm, {angle:.1f} degrees; what is told then covers {covered:.0%} of the places: the fit knows that an outline
+may be wider, by about a pixel (`swell_spread` in `finger_axis.py`, as in these images), and not that fingers grow together."""
 
 
 def _tip_parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
@@ -126,7 +127,7 @@ def _tip_parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
 Of a tip: {whole:.1f} cm; with the exact shapes {landmarks:.1f} cm, of the true tip by the map {map_part:.1f} cm, so that most comes from {_larger(landmarks, map_part)}. The tip
 itself is {tip:.1f} cm off; what it is off along the surface's normal does not count. Places
 are on sides that a stationary camera sees: of a side that none sees the map knows little. At edges and thin columns a map of points is farther from
-the tip than the surface that it touches, and elsewhere. A finger that touches is half its thickness from the surface: what the map has
+the tip than the surface that it touches, and in another place. A finger that touches is half its thickness from the surface: what the map has
 more or less counts as a standard deviation of the place, along every axis.
 """
 

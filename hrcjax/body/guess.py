@@ -25,7 +25,8 @@ KINDS = (
 head (0) or behind the low points (1); how far they lean, 0: the head is on top [rad]."""
 
 FRONT = (0, 8, 1, 2, 9, 3, 16, 17)
-"""Of the guesses, those of bodies that face the robot's base or half away from it, upright or leaning."""
+"""Of the guesses, those of bodies that face the robot's base or a quarter turn to one side of it, upright or leaning: which ones were found to be
+the body most often, with the people of docs/body.md."""
 
 
 def _mean(points: Array, weight: Array, otherwise: Array) -> Vector3:

@@ -48,7 +48,8 @@ class BodyParams(eqx.Module):
     acceleration: tuple[Scalar, ...] = (3.0, 3.0, 4.0, 4.0, 6.0, 10.0, 10.0)
     """Standard deviation of the acceleration of hip, neck, crown, shoulders, elbows, wrists and fingers [m/s^2]."""
     scatter_time: Scalar = 0.2
-    """Time over which corrections of joints are compared with their variances: as long as a movement of a person takes to begin [s]."""
+    """Time over which corrections of joints are compared with their variances: as long as a movement of a person takes to begin. Chosen among
+    0.1, 0.2 and 0.4 s with the people of docs/body.md [s]."""
     scatter_limits: tuple[Scalar, Scalar] = (0.02, 9.0)
     """Least ratio of them that counts, and the greatest of one frame [1]."""
     forget: Scalar = 1.0

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from hrcjax.body.params import BodyParams
 from hrcjax.body.skeleton import END_A, END_B, ENDS, HEAD_PART, part_capsules
@@ -90,13 +91,17 @@ def surface_gap(fit: BodyFit, x: Vector3) -> Float[Array, ""]:
 
 
 def head_gap(
-    fit: BodyFit, x: Float[Array, "point 3"], time: Scalar
+    params: BodyParams, fit: BodyFit, x: Float[Array, "point 3"], time: Scalar
 ) -> tuple[Float[Array, "point"], Float[Array, "point 3"]]:
     """Least distance of places from the head's surface, where it is and where it will be if it goes on as it does [m]; its gradients [1].
+
+    Of a head that is not seen, or whose place is not known well, less the uncertainty of its place.
 
     Args:
         time: from the frame on [s].
     """
+    of_head = np.flatnonzero(ENDS[HEAD_PART])
+    unseen = seen_since(fit)[HEAD_PART] > params.sure_unseen
 
     def gaps(joints: Float[Array, "joint 3"]) -> tuple[Array, Array]:
         capsules = part_capsules(joints, fit.radii)
@@ -104,7 +109,11 @@ def head_gap(
         along = jnp.clip(safe_divide(jnp.sum((x - a) * axis, axis=1), jnp.sum(axis * axis)), 0, 1)
         gap = x - a - along[:, None] * axis
         size = safe_norm(gap)
-        return size - radius, safe_divide(gap, size[:, None])
+        away = safe_divide(gap, size[:, None])
+        square = jnp.einsum("pc,jcd,pd->pj", away, fit.place_covariance[of_head], away)
+        of_place = jnp.max(safe_sqrt(jnp.maximum(square, 0.0)), axis=1)
+        lost = unseen | (of_place >= params.sure_position)
+        return size - radius - jnp.where(lost, params.deviations * of_place, 0.0), away
 
     distance, away = jax.vmap(gaps)(jnp.stack([fit.joints, fit.joints + time * fit.speeds]))
     return jnp.min(distance, axis=0), jnp.where((distance[0] <= distance[1])[:, None], away[0], away[1])

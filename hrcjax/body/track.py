@@ -29,7 +29,7 @@ FACING = 2.0
 ANYWHERE = 0.3
 """Standard deviation of the joints of a first guess [m]."""
 ORDER = (*FRONT, *range(13), *FRONT, *range(13, 26))
-"""Order in which first guesses are tried: those that face the robot, as people mostly do, twice as often."""
+"""Order in which first guesses are tried: those that face the robot, as people mostly do, three times as often."""
 UNKNOWN_SPEED = 1.0
 """The same of their speeds [m/s]."""
 

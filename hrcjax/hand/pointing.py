@@ -213,7 +213,7 @@ def pointed_place(params: PointingParams, line: Line, distance: DistanceFn) -> P
     """The place on a surface that a line points at: beside the tip where it touches, else the first along the line.
 
     A tip that touches is half a finger's thickness from the surface. What the map has more or less is air, or what the map is off, in any
-    direction: at edges and columns the nearest surface of a map of points is farther than the true one, and elsewhere. It counts as a
+    direction: at edges and columns the nearest surface of a map of points is farther than the true one, and in another place. It counts as a
     standard deviation along every axis.
 
     The covariance along a line is that of places of lines about it, `NEIGHBOURS` standard deviations to each side along its main

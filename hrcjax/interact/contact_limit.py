@@ -39,8 +39,10 @@ def _decide(params: MonitorParams, memory: ZoneState, seen: Separation) -> tuple
     any_limit = found.speed_limit if found.any_limit is None else found.any_limit
     aside = jnp.zeros((), d.dtype) if found.aside is None else found.aside
     gain = jnp.asarray(UNBOUNDED, d.dtype) if found.gain is None else found.gain
+    head = None if found.head_limit is None else jnp.where(free, UNBOUNDED, found.head_limit)
     return memory, replace(
         found,
+        head_limit=head,
         point_limit=point,
         speed_limit=jnp.maximum(jnp.min(point), 0.0),
         any_limit=jnp.where(free, reduced, any_limit),

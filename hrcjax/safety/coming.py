@@ -84,13 +84,20 @@ def row_thresholds(params: SafetyParams, coming: Coming) -> ZoneThresholds:
 
 def leaving_thresholds(params: SafetyParams, coming: Coming, rows: ZoneThresholds) -> ZoneThresholds:
     """Where zones may be relaxed again, for every row: `zone.hysteresis` beyond an assumed speed's, `zone.measured_hysteresis` beyond what is
-    measured [m].
+    measured, where that is less [m].
 
     Args:
         rows: `row_thresholds`.
     """
-    slack = jnp.where(coming.counts, params.zone.measured_hysteresis, params.zone.hysteresis)
-    return ZoneThresholds(rows.stop + slack, rows.yellow + slack, rows.green + slack)
+    assumed = zone_thresholds(params)
+
+    def beyond(of: Float[Array, "row"], most: Float[Array, ""]) -> Float[Array, "row"]:
+        measured = coming.counts & (of < most)
+        return of + jnp.where(measured, params.zone.measured_hysteresis, params.zone.hysteresis)
+
+    return ZoneThresholds(
+        beyond(rows.stop, assumed.stop), beyond(rows.yellow, assumed.yellow), beyond(rows.green, assumed.green)
+    )
 
 
 def at_the_nearest(d: Float[Array, "row"], rows: ZoneThresholds) -> ZoneThresholds:

@@ -34,7 +34,8 @@ class ZoneParams(eqx.Module):
     hysteresis: float = 0.1
     """How much farther than a threshold the person must be before a zone is relaxed [m]."""
     measured_hysteresis: float = 0.05
-    """The same where the person's speed is measured, as thresholds hold its uncertainty already; and of the head, whose place is [m]."""
+    """The same beyond thresholds of measured speeds, which hold their uncertainty already, and beyond `head_stop` of a head whose place is
+    measured; our choice [m]."""
     relax_time: float = 0.1
     """How long that must last, about three camera frames; tightening never waits [s]."""
     head_stop: float = 0.5

@@ -106,7 +106,7 @@ def update_zone(
     """The zone one tick later.
 
     A tighter zone is entered at once. A more relaxed one is entered when the person has been farther than its threshold
-    by `hysteresis` for all of `relax_time`.
+    by `hysteresis`, or as the arguments say, for all of `relax_time`.
 
     Args:
         d: distance robot to person [m].

@@ -52,7 +52,7 @@ def body_rows(
     sure = sure_track(params, fit)
     far = jnp.asarray(FAR, reach.dtype)
     seconds = jnp.where(jnp.isfinite(age), age, 0.0)
-    head, away = head_gap(fit, x, seconds)
+    head, away = head_gap(params, fit, x, seconds)
     rows = people.distance.shape
     return BodyRows(
         counts=(sure & on).reshape(-1),

@@ -229,7 +229,8 @@ def tick(
 def with_head(cell: Cell, people: Rows, followed: BodyRows, decision: SafetyDecision) -> tuple[Rows, SafetyDecision]:
     """Rows and limits of people, and beside them those of every control point towards the head, if the monitor has given some.
 
-    The direction to the head is that of the fit: the distance that is kept from it is no least one, which every direction would need.
+    The direction to the head is that of the fit alone: the distance that is kept from it is our choice, and no bound that would have to hold in
+    every direction.
     """
     if decision.head_limit is None:
         return people, decision

@@ -90,9 +90,11 @@ def test_the_head_where_it_is_and_where_it_will_be() -> None:
     for way in (-1.0, 1.0):
         fit = standing(np.array([0.0, way, 0.0]))
         ends = [gaps(x, part_capsules(fit.joints + t * fit.speeds, fit.radii))[:, HEAD_PART] for t in (0.0, 0.1)]
-        distance, away = head_gap(fit, jnp.asarray(x), 0.1)
+        distance, away = head_gap(PARAMS, fit, jnp.asarray(x), 0.1)
         np.testing.assert_allclose(distance, np.minimum(*ends), atol=1e-6)
         for k in range(3):  # against differences
             e = 1e-4 * np.eye(3)[k]
-            more, less = (np.asarray(head_gap(fit, jnp.asarray(x + side * e), 0.1)[0], float) for side in (1, -1))
+            more, less = (
+                np.asarray(head_gap(PARAMS, fit, jnp.asarray(x + side * e), 0.1)[0], float) for side in (1, -1)
+            )
             np.testing.assert_allclose(away[:, k], (more - less) / 2e-4, atol=5e-3)

@@ -28,6 +28,7 @@ from hrcjax.safety import (
     row_thresholds,
     zone_thresholds,
 )
+from hrcjax.safety.coming import leaving_thresholds
 
 PARAMS = SafetyParams()
 SSM = PARAMS.ssm
@@ -170,6 +171,14 @@ def test_a_stop_beside_somebody_who_is_not_measured_is_left_as_without_a_body() 
         for _ in range(20):
             state, found = step(state, jnp.asarray([ends + 0.5, ends + more]))
         assert (found.zone != STOP) == left
+
+
+def test_a_measured_speed_that_needs_what_the_assumed_one_does_is_left_as_that() -> None:
+    told = coming([[2.0]], [[0.0]])
+    assumed = zone_thresholds(PARAMS)
+    rows = row_thresholds(PARAMS, told)
+    assert rows.stop[0] == assumed.stop
+    assert leaving_thresholds(PARAMS, told, rows).stop[0] == pytest.approx(float(assumed.stop) + PARAMS.zone.hysteresis)
 
 
 def test_who_stands_nearer_than_the_assumed_stop_is_not_retreated_from() -> None:

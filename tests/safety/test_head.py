@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hrcjax.safety import GREEN, HEAD_NEAR, STOP, SafetyParams, initial_zone, monitor
-from hrcjax.safety.head import head_limit
+from hrcjax.safety.head import MARGIN, head_limit
 
 PARAMS = SafetyParams()
 STOPS, MORE = PARAMS.zone.head_stop, PARAMS.zone.measured_hysteresis
@@ -25,17 +25,41 @@ def nearest_after(d: float, speed: float) -> float:
 
 @pytest.mark.parametrize("more", [0.01, 0.05, 0.3, 1.0])
 def test_the_arm_stops_before_the_head_and_not_much_before(more: float) -> None:
-    speed = float(limits(jnp.asarray(GREEN), jnp.asarray([STOPS + more]))[0])
-    assert speed > 0
-    assert nearest_after(STOPS + more, speed) == pytest.approx(STOPS, abs=2e-3)
+    for zone, ends in ((GREEN, STOPS + MARGIN * MORE), (STOP, STOPS + MORE)):
+        d = ends + more
+        speed = float(limits(jnp.asarray(zone), jnp.asarray([STOPS - 0.1, d]))[1])
+        assert speed > 0
+        assert nearest_after(d, speed) == pytest.approx(ends, abs=2e-3)
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.003])
+def test_noise_of_the_head_s_place_does_not_stop_an_arm_that_comes(noise: float) -> None:
+    """One point that goes at the head as fast as it may, 20 s, the place with new noise in every image."""
+    rng = np.random.default_rng(0)
+
+    @jax.jit
+    def step(state, head):
+        d = jnp.asarray([2.0])
+        state, found = monitor(PARAMS, state, d, 0 * d, jnp.asarray(0.02), DT, head_distance=head[None])
+        return state, found.head_limit[0], found.zone
+
+    state, d, stops, before, seen = initial_zone(jnp.float64), STOPS + 0.3, 0, GREEN, 0.0
+    for k in range(2500):
+        seen = noise * rng.standard_normal() if k % 4 == 0 else seen
+        state, limit, zone = step(state, jnp.asarray(d + seen))
+        d -= DT * min(0.25, float(limit))
+        stops, before = stops + (int(zone) == STOP and before != STOP), int(zone)
+    assert stops == 0
+    assert d == pytest.approx(STOPS + MARGIN * MORE, abs=0.01)
 
 
 def test_none_approaches_within_the_stop_and_the_nearest_retreats() -> None:
-    d = jnp.asarray([STOPS - 0.02, STOPS + 0.5 * MORE, STOPS + 2 * MORE, 50.0])
+    left = STOPS + MORE
+    d = jnp.asarray([STOPS - 0.02, left - 1e-3, left + 1e-3, left + 0.1, 50.0])
     free, stopped = limits(jnp.asarray(GREEN), d), limits(jnp.asarray(STOP), d)
     np.testing.assert_allclose(stopped[0], -PARAMS.zone.retreat_speed)
-    assert stopped[1] == 0 and stopped[2] > 0
-    np.testing.assert_allclose(stopped[2:], free[2:])
+    assert stopped[1] == 0 and 0 < stopped[2] < 0.02 and stopped[3] > 0.1
+    assert (stopped[2:] < free[2:]).all()
     assert free[0] == 0 and free[1] > 0
 
 
