@@ -141,3 +141,20 @@ def test_the_guard_stops_beside_somebody_and_lets_go_where_nobody_is() -> None:
         paces[name] = pace, guard.zone
     assert paces["nobody"][0] > 0.05 and paces["nobody"][1] == 0
     assert paces["near"] == (0.0, 3)
+
+
+@pytest.mark.slow
+def test_ours_plan_the_straight_line() -> None:
+    from experiments.hri.numbers import our_params
+    from experiments.hri.systems import Bench, cell_of
+    from hrcjax.sim.parts import Task
+
+    params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), our_params(0.51))
+    bench = Bench(0.4, our_params(0.51), BaselineSettings(), BaselineSettings(), decimation=8)
+    q, cell = jnp.asarray(bench.waypoints[0], jnp.float32), cell_of("ours_free", bench.cell)
+    path = jax.jit(lambda p, task: cell.plan(p.plan, task))(params, Task(bench.scene, q, params.potential, cell.arm))
+    a, b = (np.asarray(end, float) for end in (bench.scene.start, bench.scene.goal))
+    x, u = np.asarray(path.waypoints, float) - a, (b - a) / np.linalg.norm(b - a)
+    along = x @ u
+    assert np.abs(x - along[:, None] * u).max() < 1e-3
+    assert along[0] == pytest.approx(0, abs=1e-3) and along[-1] == pytest.approx(np.linalg.norm(b - a), abs=2e-3)
