@@ -44,7 +44,9 @@ class BodyConfig:
     recordings: Path | None = None
     """Folder of BVH files that are added to them."""
     seed: int = 0
-    """Seed of noise and motions."""
+    """First seed of noise and motions."""
+    seeds: int = 1
+    """Seeds from there on: everybody comes once with each; other trackers are compared with the first alone."""
     seconds: float = 12.0
     """Length of an episode [s]."""
     variants: tuple[str, ...] = ("full", "fixed", "thick", "cold")

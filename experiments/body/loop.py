@@ -71,10 +71,9 @@ PART = SafetyPart(initial_zone, decide, lambda params: params.safety.ssm)
 class LoopBench:
     """The cell of the papers, its people sensed by two stationary cameras, and its compiled program."""
 
-    def __init__(self, seconds: float, seed: int) -> None:
+    def __init__(self, seconds: float) -> None:
         cell = make_cell(body=BodyParams())
         self.cell = replace(cell, ticks=round(seconds / cell.dt), safety=PART)
-        self.seed, self.scene = seed, scene_named(SCENE, seed)
 
     @cached_property
     def settings(self) -> Params:
@@ -113,11 +112,11 @@ class LoopBench:
 
         return jax.jit(run, compiler_options=unrolled_options())
 
-    def case(self, name: str) -> dict[str, np.ndarray]:
-        """What is stored of a person, the variants along the leading axis."""
-        duration = self.cell.ticks * self.cell.dt
-        person = make_people(name, self.scene, self.seed, duration, 1)
-        world = make_world(self.cell, self.scene, person, cell_rig(self.scene), jax.random.key(self.seed))
+    def case(self, name: str, seed: int) -> dict[str, np.ndarray]:
+        """What is stored of a person with a seed of noise and motions, the variants along the leading axis."""
+        duration, scene = self.cell.ticks * self.cell.dt, scene_named(SCENE, seed)
+        person = make_people(name, scene, seed, duration, 1)
+        world = make_world(self.cell, scene, person, cell_rig(scene), jax.random.key(seed))
         played = {key: np.asarray(value) for key, value in self._program(self.settings, world).items()}
         fit = world.frames.body
         assert fit is not None  # the cell follows the body

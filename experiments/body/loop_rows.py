@@ -8,7 +8,7 @@ from hrcjax.lab.case_store import Case
 from hrcjax.safety import HEAD_NEAR, RED, STOP, TOO_CLOSE, WAITING
 
 from .loop import EXPLAINED, VARIANTS
-from .rows import SURE, Rows, row
+from .rows import Rows, row, sure_images
 
 TOWARDS, SHORT = 0.005, 1e-3
 """A violation: a point faster than allowed by more [m/s], or a way to stop that misses more of the intrusion distance [m]."""
@@ -123,9 +123,7 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     rows["excess_speed_with"] = row(_worst(some, "excess", VARIANTS.index("body")), "m/s")
     rows["excess_speed_without"] = row(_worst(some, "excess", VARIANTS.index("off")), "m/s")
     tracked = np.concatenate([case["tracked"] for case in some])
-    sure = np.concatenate(
-        [(c["age"] >= SURE.sure_age) & (c["explained"] >= SURE.sure_explained) & c["tracked"] for c in some]
-    )
+    sure = np.concatenate([sure_images(case) for case in some])
     if tracked.any():
         rows["loop_sure_share"] = row(sure.sum() / tracked.sum())
     for variant in VARIANTS:

@@ -25,7 +25,7 @@ capsules of the person are for the measures alone. Research software, not safety
 * **A frame**: prediction by constant velocity, six steps of Levenberg-Marquardt on the distances of points to the nearest capsule with
   Geman and McClure's weights, correction as Kalman's filter. The covariance is that of the normal equations. An arm whose points nobody
   explains is tried elsewhere. Where a track is young, or explains less than 90 % of the points, two other
-  bodies are fitted beside it, from first guesses over three frames; the better one by points and priors stays.
+  bodies are fitted beside it, from first guesses over three frames; then the better one by points and priors stays.
 * **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round.
 * **Speeds** count where the track is older than 1 s, in which other bodies are still tried, explains 85 % of the points, and every part that may be the nearest is seen and
   known to 4 cm; elsewhere 1.6 m/s is assumed. The bound is the measured speed, 2.5 standard deviations, and 4 m/s^2 over the reaction time.
@@ -48,7 +48,7 @@ capsules of the person are for the measures alone. Research software, not safety
   share every image: `off`, `speed` (measured speeds and regions), `head` (the stop near the head), `body` (all), and `still`, which is
   not safe: everybody counts as standing still, the most that measured speeds could bring. In the images the arm moves as a nominal one. All variants are measured alike, by exact shapes and the person's real speed.
 
-People: {people}; {seconds:g} s each.
+People: {people}; {seconds:g} s each, {seeds}.
 """
 
 
@@ -58,6 +58,7 @@ def page(rows: Mapping[str, Mapping[str, Any]], config: BodyConfig, figures: Seq
     Args:
         figures: their places from the page.
     """
+    seeds = f"seeds {config.seed} to {config.seed + config.seeds - 1}" if config.seeds > 1 else f"seed {config.seed}"
     people = ", ".join(Path(name).stem for name in with_recordings(config.people, config.recordings))
     lines = ["| row | value | unit | bar | what it measures |", "|---|---|---|---|---|"]
     for name, entry in rows.items():
@@ -66,7 +67,7 @@ def page(rows: Mapping[str, Mapping[str, Any]], config: BodyConfig, figures: Seq
         lines.append(
             f"| {name} | {entry['value']:.3g} | {entry['unit']} | {bar}{missed} | {loop_definition(name) or definition(name)} |"
         )
-    text = HEAD.format(people=people, seconds=config.seconds) + "\n" + "\n".join(lines) + "\n"
+    text = HEAD.format(people=people, seconds=config.seconds, seeds=seeds) + "\n" + "\n".join(lines) + "\n"
     if figures:
         text += "\n" + "\n".join(f"![{name}]({name})" for name in figures) + "\n"
     return text

@@ -4,7 +4,7 @@ import sys
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,36 +36,46 @@ def _check(config: BodyConfig) -> None:
     each_once(config, "parts", "variants", "people")
     check_worlds((SCENE,), with_recordings(config.people, config.recordings))
     at_least(config, 0, "seed", "compared")
+    at_least(config, 1, "seeds")
     at_least(config, 2, "seconds")
     check_outputs(config, "json", "page")
+
+
+class _Images:
+    """The images of everybody with one seed, rendered when they are asked for; those of the last person are kept."""
+
+    def __init__(self, seconds: float, seed: int) -> None:
+        self._bench = Bench(seconds, seed)
+        self._last: tuple[str, dict[str, Any]] | None = None
+
+    def measured(self, name: str, variant: str) -> Mapping[str, Any]:
+        """What is stored of a person with one tracker."""
+        if self._last is None or self._last[0] != name:
+            self._last = name, with_places(self._bench.seen(name))
+        return measured(self._last[1], variant)
 
 
 def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
     """Every case by tracker and person, with the name of its file and what computes it."""
 
-    @cache
-    def bench() -> Bench:
-        return Bench(config.seconds, config.seed)
-
-    @cache
-    def seen(name: str) -> dict[str, Any]:
-        return with_places(bench().seen(name))
-
-    def one(name: str, variant: str) -> Mapping[str, Any]:
-        return measured(seen(name), variant)
-
-    mark = fingerprint({"seconds": config.seconds, "seed": config.seed})[:6]
+    people = with_recordings(config.people, config.recordings)
     found: dict[str, tuple[str, Make]] = {}
-    if "loop" in config.parts:
-        loop = LoopBench(config.seconds, config.seed)
-        for name in with_recordings(config.people, config.recordings):
-            found[f"loop/{Path(name).stem}"] = (f"loop/{person_key(name)}-{mark}", partial(loop.case, name))
-    if "track" not in config.parts:
-        return found
-    for k, name in enumerate(with_recordings(config.people, config.recordings)):
-        for variant in config.variants if k < config.compared else config.variants[:1]:
-            file = f"{variant}/{person_key(name)}-{mark}"
-            found[f"{variant}/{Path(name).stem}"] = (file, partial(one, name, variant))
+    loop = LoopBench(config.seconds)
+    for seed in range(config.seed, config.seed + config.seeds):
+        mark = fingerprint({"seconds": config.seconds, "seed": seed})[:6]
+        end = "" if seed == config.seed else f", seed {seed}"
+        if "loop" in config.parts:
+            for name in people:
+                file = f"loop/{person_key(name)}-{mark}"
+                found[f"loop/{Path(name).stem}{end}"] = (file, partial(loop.case, name, seed))
+        if "track" not in config.parts:
+            continue
+        images = _Images(config.seconds, seed)
+        for k, name in enumerate(people):
+            compared = k < config.compared and seed == config.seed
+            for variant in config.variants if compared else config.variants[:1]:
+                file = f"{variant}/{person_key(name)}-{mark}"
+                found[f"{variant}/{Path(name).stem}{end}"] = (file, partial(images.measured, name, variant))
     return found
 
 

@@ -22,10 +22,12 @@ from hrcjax.body import (
 )
 from hrcjax.body.facing import OTHER_PART
 from hrcjax.body.nearest import parts_at
+from hrcjax.body.state import settled
 from hrcjax.cells.people import FASTEST
 from hrcjax.numerics import unrolled_options
 from hrcjax.typing import Array
 
+from .rows import ASSUMED
 from .truth import (
     ARM_PARTS,
     approach_speeds,
@@ -54,8 +56,6 @@ FAR_OFF, FEWEST = 0.1, 10
 """Error of a place that is wrong [m], and visible places by which an image is judged [1]."""
 REACTION, PERIOD = 0.1, 1 / 30
 """Reaction time of the safety layer, and time between two images [s]."""
-ASSUMED = 1.6
-"""Speed of a person who is not measured (ISO 13855) [m/s]."""
 
 
 @cache
@@ -139,7 +139,7 @@ def wrong_images(seen: dict[str, NDArray], fit: BodyFit) -> NDArray:
     What cameras see takes long to find, so that it is asked where enough places are far off, seen or not.
     """
     wrong = np.zeros(len(seen["stamps"]), bool)
-    sure = fit.tracked & (fit.age >= USUAL.sure_age) & (fit.explained >= USUAL.sure_explained)
+    sure = settled(USUAL, fit.tracked, fit.age, fit.explained)
     for f in np.flatnonzero(sure).tolist():
         places, outside = outside_places(seen, f)
         off = surface_errors(fit, np.asarray([f]), places[None])[0] > FAR_OFF

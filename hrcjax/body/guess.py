@@ -2,13 +2,14 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from hrcjax.body.priors import REST
 from hrcjax.body.skeleton import LEFT, LENGTHS, RADIUS_NAMES, RIGHT
 from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.segment import point_segment_distance
 from hrcjax.numerics import safe_norm, safe_sqrt, unit
-from hrcjax.typing import Array, Float, Mask, Scalar, Vector3
+from hrcjax.typing import Array, Float, Int, Mask, Scalar, Vector3
 from hrcjax.world.scene import FLOOR_Z
 
 HEAD_DEPTH = 0.2
@@ -23,7 +24,8 @@ KINDS = (
 )  # fmt: skip
 """Bodies that are tried, each with hanging and with reaching arms: where they face, in half turns from the robot's base; hip below the
 head (0) or behind the low points (1); how far they lean, 0: the head is on top [rad]."""
-
+EVERY = np.arange(2 * len(KINDS), dtype=np.int32)
+"""All of them, hanging and reaching in turn."""
 FRONT = (0, 8, 1, 2, 9, 3, 16, 17)
 """Of the guesses, those of bodies that face the robot's base or a quarter turn to one side of it, upright or leaning: which ones were found to be
 the body most often, with the people of docs/body.md."""
@@ -81,13 +83,18 @@ def poles(forward: Vector3, left: Vector3) -> tuple[Vector3, Vector3]:
 
 
 def guess_bodies(
-    cloud: Cloud, lengths: Float[Array, "length"], radii: Float[Array, "radius"], eye: Vector3 | None
+    cloud: Cloud,
+    lengths: Float[Array, "length"],
+    radii: Float[Array, "radius"],
+    eye: Vector3 | None,
+    which: Int[Array, "guess"] = EVERY,
 ) -> Float[Array, "guess joint 3"]:
-    """Bodies that may be it: facing four ways, upright or leaning, arms hanging or reaching: `KINDS`.
+    """Bodies that may be it: facing four ways, upright or leaning, arms hanging or reaching.
 
     Args:
         cloud: points of one image.
         eye: from where they are seen, so that the body is behind them; None: from all around [m].
+        which: of them: entry of `KINDS` times two, plus one where the arms reach.
     """
     points, mask = cloud.points, cloud.mask
     dtype = points.dtype
@@ -135,5 +142,5 @@ def guess_bodies(
         joints = jnp.zeros((11, 3), dtype).at[0].set(trunk).at[1].set(neck).at[2].set(head)
         return joints.at[jnp.asarray(LEFT)].set(arms[0]).at[jnp.asarray(RIGHT)].set(arms[1])
 
-    kinds = jnp.asarray([(*kind, reaching) for kind in KINDS for reaching in (0, 1)], dtype)
+    kinds = jnp.asarray([(*kind, reaching) for kind in KINDS for reaching in (0, 1)], dtype)[which]
     return jax.vmap(lambda k: body(k[0], hips[k[1].astype(jnp.int32)], k[2], k[3] > 0))(kinds)

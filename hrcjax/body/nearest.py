@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from hrcjax.body.params import BodyParams
 from hrcjax.body.skeleton import END_A, END_B, PART_REGION, part_capsules
-from hrcjax.body.state import BodyFit
+from hrcjax.body.state import BodyFit, sure_track
 from hrcjax.geom.segment import FAR
 from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
 from hrcjax.typing import Array, Bool, Float, Int, Scalar, Vector3
@@ -83,8 +83,7 @@ def nearest_part(params: BodyParams, fit: BodyFit, x: Vector3, radius: Scalar = 
     distance, speed, of_speed, of_place, known = parts_at(params, fit, x)
     part = jnp.argmin(distance)
     rivals = distance < distance[part] + params.rivals
-    sure = fit.tracked & (fit.age >= params.sure_age) & (fit.explained >= params.sure_explained)
-    sure = sure & jnp.all(known | ~rivals)
+    sure = sure_track(params, fit) & jnp.all(known | ~rivals)
     away = jnp.asarray(FAR, x.dtype)
     return NearestPart(
         jnp.where(fit.tracked, distance[part] - radius, away), part, jnp.asarray(PART_REGION)[part], speed[part],

@@ -27,13 +27,6 @@ class PartsFrom(NamedTuple):
     """Whether the part, or parts at both of its ends, are seen, and its place is known well."""
 
 
-def sure_track(params: BodyParams, fit: BodyFit) -> Bool[Array, ""]:
-    """Whether the track is old enough and explains enough, so that what it says counts."""
-    finite = jnp.all(jnp.isfinite(fit.joints)) & jnp.all(jnp.isfinite(fit.speeds)) & jnp.all(jnp.isfinite(fit.radii))
-    whole = jnp.all(jnp.isfinite(fit.speed_covariance)) & jnp.all(jnp.isfinite(fit.place_covariance))
-    return fit.tracked & (fit.age >= params.sure_age) & (fit.explained >= params.sure_explained) & finite & whole
-
-
 def seen_since(fit: BodyFit) -> Float[Array, "part"]:
     """Time since every part was seen, or parts with which it shares both of its ends, as a neck between trunk and head [s]."""
     ends = jnp.asarray(ENDS)

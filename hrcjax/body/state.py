@@ -101,3 +101,23 @@ def initial_body(params: BodyParams, dtype: jnp.dtype | type = jnp.float32) -> B
         rivals=jnp.zeros((params.guesses, KNOWN), dtype),
         tracked=jnp.asarray(False),
     )
+
+
+def settled(
+    params: BodyParams, tracked: Bool[Array, "*n"], age: Float[Array, "*n"], explained: Float[Array, "*n"]
+) -> Bool[Array, "*n"]:
+    """Whether a track is old enough and explains enough.
+
+    Args:
+        tracked: whether there is one.
+        age: time since it began [s].
+        explained: share of the points that lie on its surface [1].
+    """
+    return tracked & (age >= params.sure_age) & (explained >= params.sure_explained)
+
+
+def sure_track(params: BodyParams, fit: BodyFit) -> Bool[Array, ""]:
+    """Whether what the track says counts: it is settled, and all of it is a number."""
+    parts = (fit.joints, fit.speeds, fit.radii, fit.speed_covariance, fit.place_covariance)
+    finite = jnp.stack([jnp.all(jnp.isfinite(part)) for part in parts])
+    return settled(params, fit.tracked, fit.age, fit.explained) & jnp.all(finite)

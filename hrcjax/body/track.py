@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
-from hrcjax.body.guess import FRONT, farthest_hand, guess_bodies, poles, reaching_arm
+from hrcjax.body.guess import EVERY, FRONT, farthest_hand, guess_bodies, poles, reaching_arm
 from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
 from hrcjax.body.motion import averaged_scatter, corrected, predict
 from hrcjax.body.params import BodyParams
@@ -18,7 +18,7 @@ from hrcjax.geom.segment import FAR
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Int, Mask, Points, Scalar, Vector3
 
-MUCH = 0.15
+MUCH = 0.08
 """Share of its cost by which another body must be better to replace one, besides `BodyParams.better` [1]."""
 LOOSE = 1.0
 """Information about every joint of a first guess [1/m^2]."""
@@ -28,7 +28,7 @@ FACING = 2.0
 """Weight of the evidence of where a first guess faces [1]."""
 ANYWHERE = 0.3
 """Standard deviation of the joints of a first guess [m]."""
-ORDER = (*FRONT, *range(13), *FRONT, *range(13, 26))
+ORDER = (*FRONT, *EVERY[:13], *FRONT, *EVERY[13:])
 """Order in which first guesses are tried: those that face the robot, as people mostly do, three times as often."""
 UNKNOWN_SPEED = 1.0
 """The same of their speeds [m/s]."""
@@ -163,7 +163,7 @@ def _follow(
     left_over = cloud.mask & (near.distance > params.doubt)
 
     def elsewhere() -> tuple[Array, Near]:
-        return _arms_elsewhere(params, problem, known, value, near, left_over)
+        return _arm_elsewhere(params, problem, known, value, near, left_over)
 
     enough = jnp.sum(left_over, dtype=cloud.points.dtype) >= LEFT_OVER
     known, near = jax.lax.cond(enough, elsewhere, lambda: (known, near))
@@ -178,37 +178,36 @@ def _follow(
     return turned_round(after, turn), near
 
 
-def _arms_elsewhere(
+def _arm_elsewhere(
     params: BodyParams, problem: Problem, known: Array, value: Array, near: Near, left_over: Bool[Array, "point"]
 ) -> tuple[Array, Near]:
-    """The fit, or one with an arm put to points that nothing explains, if that explains more.
+    """The fit, or one with an arm put to points that nothing explains, if that explains more: the arm with which the cost is lower at once.
 
     What an arm was before counts against it no more than `ANYWHERE`.
     """
     joints, lengths, radii = split(known)
     forward, left, _ = frame_of(joints)
     hand, reach = radii[RADIUS_NAMES.index("hand")], lengths[4] + lengths[5] + lengths[6]
-    guesses, informations = [], []
+    starts, informations = [], []
     for side, pole in zip((LEFT, RIGHT), poles(forward, left), strict=True):
         shoulder = joints[side[0]]
         target, _ = farthest_hand(
             problem.cloud.points, left_over, shoulder, joints[HIP], joints[NECK_BASE], reach, hand
         )
         arm = reaching_arm(lengths, shoulder, target, pole)
-        moved = joints.at[jnp.asarray(side[1:])].set(arm[1:])
-        guesses.append(joined(moved, lengths, radii))
+        starts.append(joined(joints.at[jnp.asarray(side[1:])].set(arm[1:]), lengths, radii))
         free = jnp.zeros((11, 3), bool).at[jnp.asarray(side[1:])].set(True).reshape(-1)
         free = jnp.concatenate([free, jnp.zeros((SHAPE,), bool)])
         informations.append(forget(problem.information, free))
-    starts = jnp.stack(guesses)
 
-    def fit(start: Array, information: Array) -> tuple[Array, Array, Near]:
-        return fit_body(params, problem._replace(information=information), start, params.iterations)
+    def asked(information: Array) -> Problem:
+        return problem._replace(information=information)
 
-    tried, costs, nears = jax.vmap(fit)(starts, jnp.stack(informations))
-    best = jnp.argmin(jnp.where(jnp.isfinite(costs), costs, jnp.inf))
-    better = costs[best] < value - params.better
-    return jax.tree.map(lambda a, b: jnp.where(better, a[best], b), (tried, nears), (known, near))
+    start, information = jnp.stack(starts), jnp.stack(informations)
+    at_once = jax.vmap(lambda a, b: cost(params, asked(b), a)[0])(start, information)
+    side = jnp.argmin(at_once)
+    tried, new, nearer = fit_body(params, asked(information[side]), start[side], params.iterations)
+    return jax.tree.map(lambda a, b: jnp.where(new < value - params.better, a, b), (tried, nearer), (known, near))
 
 
 def forget(information: Float[Array, "known known"], free: Bool[Array, "known"]) -> Float[Array, "known known"]:
@@ -234,10 +233,11 @@ def _second_opinion(
     empty = initial_body(params, dtype)
 
     def begun() -> Float[Array, "rival known"]:
-        guesses = guess_bodies(cloud, state.lengths, state.radii, eye)
+        which = jnp.asarray(EVERY)
         if params.warm:
             turn = state.turn // params.rival_frames * params.guesses + jnp.arange(params.guesses, dtype=jnp.int32)
-            guesses = guesses[jnp.asarray(ORDER)[turn % len(ORDER)]]
+            which = jnp.asarray(ORDER, jnp.int32)[turn % len(ORDER)]
+        guesses = guess_bodies(cloud, state.lengths, state.radii, eye, which)
         return jax.vmap(lambda joints: joined(joints, state.lengths, state.radii))(guesses)
 
     fresh = state.turn % params.rival_frames == 0
@@ -261,7 +261,8 @@ def _second_opinion(
     values = jnp.where(jnp.isfinite(values), values, jnp.inf)
     best = jnp.argmin(values)
     mine = value_of(joined(state.joints, state.lengths, state.radii))
-    new = ~state.tracked | (values[best] < mine - params.better - MUCH * jnp.abs(mine))
+    fitted = (state.turn + 1) % params.rival_frames == 0
+    new = ~state.tracked | (fitted & (values[best] < mine - params.better - MUCH * jnp.abs(mine)))
 
     def another() -> tuple[BodyState, Near]:
         wide = jnp.full((PLACES,), ANYWHERE**2, dtype)

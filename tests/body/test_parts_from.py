@@ -8,7 +8,8 @@ import pytest
 from standing import gaps, person_of, pose
 
 from hrcjax.body import BodyFit, BodyParams, joints_of, part_capsules
-from hrcjax.body.parts_from import ANY_SPEED, head_gap, parts_from, seen_since, sure_track, surface_gap
+from hrcjax.body.parts_from import ANY_SPEED, head_gap, parts_from, seen_since, surface_gap
+from hrcjax.body.state import sure_track
 from hrcjax.body.skeleton import HEAD_PART, USUAL_LENGTHS, USUAL_RADII
 
 PARAMS = BodyParams()

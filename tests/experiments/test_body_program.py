@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.body.rows import BARS, all_rows, definition, deviation_rows, exchanges, holds, unnoticed
+from experiments.body.rows import BARS, all_rows, definition, deviation_rows, exchanges, holds, sure_images, unnoticed
 from experiments.body.run import with_other_parts
 from experiments.body.truth import (
     BOX,
@@ -82,7 +82,9 @@ def test_a_wrong_track_that_counts_as_sure_and_exchanged_sides_are_found() -> No
     case["wrong"][[7, 20, 21, 22, 23, 24, 40, 41, 42, 43, 59]] = True
     assert unnoticed(case) == 5
     case["exchanged"][30:] = True
-    assert exchanges(case) == 1
+    assert exchanges(case) == exchanges(case, sure_images(case)) == 1
+    young = case | {"age": np.arange(60) / 30}
+    assert exchanges(young) == 1 and exchanges(young, sure_images(young)) == 0
     rows = all_rows({"full": {"somebody": case}, "cold": {"somebody": case}})
     assert holds("unnoticed_frames_max", rows["unnoticed_frames_max"]["value"]) is False
     assert holds("exchanges", rows["exchanges"]["value"]) is False

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hrcjax.body import BodyParams, joints_of
-from hrcjax.body.parts_from import sure_track
+from hrcjax.body.state import sure_track
 from hrcjax.numerics import unrolled_options
 from hrcjax.presence import CELL_VOXELS
 from hrcjax.presence.track import initial_track
@@ -25,7 +25,7 @@ from standing import person_of, pose, surface_points
 
 WALK = 0.3
 """Speed at which the person comes [m/s]."""
-SURE = BodyParams(sure_age=0.3)
+SURE = BodyParams(sure_age=0.2)
 """Of a track that may be sure within the images below."""
 
 
