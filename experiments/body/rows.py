@@ -185,7 +185,9 @@ def deviation_rows(cases: Mapping[str, Case]) -> Rows:
     if not len(of_speed):
         return {}
     of_place = ratios("distances", "true_distances", "place_deviations")
-    told = np.concatenate([c["deviations"][c["known"].astype(bool) & sure_images(c)[c["looked"], None]] for c in cases.values()])
+    told = np.concatenate(
+        [c["deviations"][c["known"].astype(bool) & sure_images(c)[c["looked"], None]] for c in cases.values()]
+    )
     return {
         "speed_sigma_ratio": row(np.sqrt(np.mean(of_speed**2))),
         "speed_within_2_sigma": row((of_speed < 2).mean()),

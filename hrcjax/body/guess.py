@@ -87,7 +87,7 @@ def guess_bodies(
     lengths: Float[Array, "length"],
     radii: Float[Array, "radius"],
     eye: Vector3 | None,
-    which: Int[Array, "guess"] = EVERY,
+    which: Int[Array, "guess"],
 ) -> Float[Array, "guess joint 3"]:
     """Bodies that may be it: facing four ways, upright or leaning, arms hanging or reaching.
 

@@ -18,10 +18,12 @@ from hrcjax.geom.segment import FAR
 from hrcjax.numerics import require_floating
 from hrcjax.typing import Array, Bool, Float, Int, Mask, Points, Scalar, Vector3
 
-MUCH = 0.08
+MUCH = 0.15
 """Share of its cost by which another body must be better to replace one, besides `BodyParams.better` [1]."""
 LOOSE = 1.0
 """Information about every joint of a first guess [1/m^2]."""
+ARM_PARTS = ((4, 6, 8), (5, 7, 9))
+"""Upper arm, forearm and hand, left and right."""
 LEFT_OVER = 4.0
 """Points that no part explains with which an arm is looked for elsewhere [1]."""
 FACING = 2.0
@@ -181,32 +183,35 @@ def _follow(
 def _arm_elsewhere(
     params: BodyParams, problem: Problem, known: Array, value: Array, near: Near, left_over: Bool[Array, "point"]
 ) -> tuple[Array, Near]:
-    """The fit, or one with an arm put to points that nothing explains, if that explains more: the arm with which the cost is lower at once.
+    """The fit, or one with an arm elsewhere, if that explains more: the arm with which the cost is lower at once.
 
-    What an arm was before counts against it no more than `ANYWHERE`.
+    The hand is put to the farthest of the points that nothing explains; or of these and the arm's own, as an upper arm may lie where the
+    whole arm is. What an arm was before counts against it no more than `ANYWHERE`.
     """
     joints, lengths, radii = split(known)
     forward, left, _ = frame_of(joints)
     hand, reach = radii[RADIUS_NAMES.index("hand")], lengths[4] + lengths[5] + lengths[6]
     starts, informations = [], []
-    for side, pole in zip((LEFT, RIGHT), poles(forward, left), strict=True):
+    for side, parts, pole in zip((LEFT, RIGHT), ARM_PARTS, poles(forward, left), strict=True):
         shoulder = joints[side[0]]
-        target, _ = farthest_hand(
-            problem.cloud.points, left_over, shoulder, joints[HIP], joints[NECK_BASE], reach, hand
-        )
-        arm = reaching_arm(lengths, shoulder, target, pole)
-        starts.append(joined(joints.at[jnp.asarray(side[1:])].set(arm[1:]), lengths, radii))
+        own = problem.cloud.mask & jnp.any(near.part[:, None] == jnp.asarray(parts, jnp.int32), axis=1)
         free = jnp.zeros((11, 3), bool).at[jnp.asarray(side[1:])].set(True).reshape(-1)
         free = jnp.concatenate([free, jnp.zeros((SHAPE,), bool)])
-        informations.append(forget(problem.information, free))
+        for among in (left_over, left_over | own):
+            target, _ = farthest_hand(
+                problem.cloud.points, among, shoulder, joints[HIP], joints[NECK_BASE], reach, hand
+            )
+            arm = reaching_arm(lengths, shoulder, target, pole)
+            starts.append(joined(joints.at[jnp.asarray(side[1:])].set(arm[1:]), lengths, radii))
+            informations.append(forget(problem.information, free))
 
     def asked(information: Array) -> Problem:
         return problem._replace(information=information)
 
     start, information = jnp.stack(starts), jnp.stack(informations)
     at_once = jax.vmap(lambda a, b: cost(params, asked(b), a)[0])(start, information)
-    side = jnp.argmin(at_once)
-    tried, new, nearer = fit_body(params, asked(information[side]), start[side], params.iterations)
+    best = jnp.argmin(at_once)
+    tried, new, nearer = fit_body(params, asked(information[best]), start[best], params.iterations)
     return jax.tree.map(lambda a, b: jnp.where(new < value - params.better, a, b), (tried, nearer), (known, near))
 
 

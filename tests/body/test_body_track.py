@@ -3,6 +3,7 @@
 from functools import cache
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from standing import SEEN_FROM, gaps, person_of, pose, surface_points
 
 from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, part_capsules, track_body
-from hrcjax.body.least_squares import split
+from hrcjax.body.least_squares import joined, split
 from hrcjax.body.track import next_rivals
 from hrcjax.numerics import unrolled_options
 
@@ -138,3 +139,22 @@ def test_other_bodies_are_fitted_over_frames_and_then_begun_anew() -> None:
     assert offs[params.rival_frames - 1] < 0.8 * offs[0]
     assert offs[params.rival_frames] > offs[params.rival_frames - 1]
     assert [int(next_rivals(params, jnp.asarray(k))) for k in (0, 1, 2, 3, 4)] == [0, 3, 3, 3, 6]
+
+
+def test_a_body_is_replaced_when_others_are_fitted_and_not_before(followed: tuple[BodyState, list[BodyFit]]) -> None:
+    """The other bodies are where the person is, the track is half a metre beside: only in the last frame of three they are compared."""
+    state, params = followed[0], BodyParams()
+    cloud = surface_points(pose(), seed=20)
+    points = jnp.asarray(np.concatenate([cloud, np.zeros((320 - len(cloud), 3))]), jnp.float32)
+    right = joined(state.joints, state.lengths, state.radii)
+    beside = state.joints + jnp.asarray([0.5, 0.0, 0.0], jnp.float32)
+    for turn in range(params.rival_frames):
+        wrong = eqx.tree_at(
+            lambda s: (s.joints, s.rivals, s.turn),
+            state,
+            (beside, jnp.stack([right, right]), jnp.asarray(turn, jnp.int32)),
+        )
+        after, _ = program()(wrong, points, jnp.arange(320) < len(cloud), none_found())
+        replaced = float(after.age) == 0
+        assert replaced == (turn == params.rival_frames - 1)
+        assert (float(jnp.max(jnp.abs(after.joints - state.joints))) < 0.05) == replaced

@@ -9,8 +9,8 @@ from standing import gaps, person_of, pose
 
 from hrcjax.body import BodyFit, BodyParams, joints_of, part_capsules
 from hrcjax.body.parts_from import ANY_SPEED, head_gap, parts_from, seen_since, surface_gap
-from hrcjax.body.state import sure_track
 from hrcjax.body.skeleton import HEAD_PART, USUAL_LENGTHS, USUAL_RADII
+from hrcjax.body.state import sure_track
 
 PARAMS = BodyParams()
 PLACES = np.array([[0.2, 0.3, 0.9], [-0.4, 0.6, 0.4], [0.2, 1.0, 1.6]])

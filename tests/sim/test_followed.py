@@ -45,21 +45,24 @@ def followed():
     program = jax.jit(partial(follow_body, params, CELL_VOXELS, rig), compiler_options=unrolled_options())
     state, found = nobody_followed(params, jnp.zeros((), jnp.float32)), []
     assert not bool(state.fit.tracked) and not bool(sure_track(params, state.fit))
-    times = np.concatenate([np.arange(1, 16) / 30, [15 / 30 + 1 / 15, 15 / 30 + 2 / 15]])
+    times = np.concatenate([np.arange(1, 26) / 30, [25 / 30 + 1 / 15, 25 / 30 + 2 / 15]])
     for k, t in enumerate(times):
         points = surface_points(pose(y=1.1 - WALK * t), count=700, seed=k)
         track = shown(points, k % 2)
-        state = program(track, state, jnp.asarray(k % 2), jnp.asarray(t, jnp.float32), jnp.asarray(k < 16))
+        state = program(track, state, jnp.asarray(k % 2), jnp.asarray(t, jnp.float32), jnp.asarray(k < 26))
         found.append(state)
     return times, found
 
 
 def test_the_body_is_that_of_the_images(followed) -> None:
     times, found = followed
-    fit = found[15].fit
+    fit = found[25].fit
     assert bool(fit.tracked) and bool(sure_track(SURE, fit))
-    true = np.asarray(joints_of(person_of(pose(y=1.1 - WALK * times[15])))[0])
-    assert np.median(np.linalg.norm(np.asarray(fit.joints) - true, axis=1)) < 0.03
+    true = np.asarray(joints_of(person_of(pose(y=1.1 - WALK * times[25])))[0])
+    off = np.linalg.norm(np.asarray(fit.joints) - true, axis=1)
+    assert np.median(off) < 0.02
+    # both arms: of the first body the left upper arm lies where the whole arm is, and hardly a point is left over
+    assert off[3:].max() < 0.05
     np.testing.assert_allclose(
         np.asarray(fit.speeds)[:3, 1].mean(), -WALK, atol=0.08
     )  # by unequal times between images
@@ -67,12 +70,12 @@ def test_the_body_is_that_of_the_images(followed) -> None:
 
 def test_time_goes_on_by_the_images(followed) -> None:
     times, found = followed
-    for k in (14, 15, 16):
+    for k in (24, 25, 26):
         np.testing.assert_allclose(found[k].time, times[k], rtol=1e-6)
-    np.testing.assert_allclose(found[15].fit.age - found[14].fit.age, 1 / 15, atol=1e-5)
+    np.testing.assert_allclose(found[25].fit.age - found[24].fit.age, 1 / 15, atol=1e-5)
 
 
 def test_a_refused_image_explains_nothing(followed) -> None:
     """The same points would have: they do not count, and the track is not sure."""
-    fit = followed[1][16].fit
+    fit = followed[1][26].fit
     assert float(fit.explained) == 0 and not bool(sure_track(SURE, fit))
