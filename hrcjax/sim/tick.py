@@ -107,7 +107,7 @@ class Record(eqx.Module):
     approach: Float[Array, "*time"]
     """Largest speed of a control point towards the person [m/s]."""
     speed_limit: Float[Array, "*time"]
-    """Speed towards the person allowed by the safety monitor [m/s]."""
+    """Speed towards the person allowed by the safety monitor; limits towards a head alone are not in it [m/s]."""
     zone: Int[Array, "*time"]
     """0 green, 1 yellow, 2 red, 3 stop."""
     reasons: Int[Array, "*time"]
