@@ -12,6 +12,9 @@ DESCRIPTION = """Start and goal chosen by pointing, in simulation: how far the p
   finger   the line along the index finger, to a surface 0.3 to 1.2 m away
   fresh    the same, with errors of the landmarks that are new in every image
   wide     the same, in images in which what is near is wider by a pixel to each side, as of windows that are matched
+  thick    the same, with fingers 20 % thicker than the method is told
+  thin     and 20 % thinner
+  noisy    the same, with errors of landmarks and depths 1.5 times as large as it is told
   arm      the line from shoulder to wrist
   away     a finger that points at nothing: refused
   through  a hand that passes, pointing: no choice
@@ -47,8 +50,8 @@ class PointingConfig:
 
     config: str = "standard"
     """Named settings: standard, or a TOML file of options. Other options on the command line override them."""
-    kinds: tuple[str, ...] = ("tip", "finger", "fresh", "arm", "away", "through", "wide")
-    """Kinds of trials: tip, finger, fresh, arm, away, through, wide."""
+    kinds: tuple[str, ...] = ("tip", "finger", "fresh", "arm", "away", "through", "wide", "thick", "thin", "noisy")
+    """Kinds of trials: tip, finger, fresh, arm, away, through, wide, thick, thin, noisy."""
     scenes: tuple[str, ...] = ("robotica", "clutter")
     """Scenes: robotica, robotica-spheres, robotica-clearance, hri, clutter."""
     seeds: int = 1

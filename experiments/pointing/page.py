@@ -5,9 +5,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hrcjax.hand import PointingParams
+from hrcjax.sense.finger_axis import FingerParams
 from hrcjax.sim import PlaceParams
 
 from .config import PointingConfig
+from .posture import BEND
 from .rows import BARS, Case, definition, holds
 from .trials import KINDS
 from .watch import RATE, WORLD_ERROR
@@ -37,6 +39,9 @@ hand of the kind `arm` is drawn along its arm; that of the others is not: its fi
 so that the arm tells less of a finger than its own landmarks do, and is not used for it. How well a real person's finger and arm agree is not known here.
 `world` is the line by the plain model in space of a detector, whose landmarks err by {world:.1%} of the palm's size (Zhang et al. 2020, *MediaPipe
 Hands: On-device real-time hand tracking*), placed at the wrist's depth in one camera.
+
+No trial is one that a person could not do: arm and hand keep out of the rest of the body, the exact capsules of both, and the wrist bends by
+{bend:g} degrees at most (`experiments/pointing/posture.py`).
 
 A place is refused (`hrcjax/sim/chosen_place.py`) if nothing is met, if it is known worse than {unsure:g} m along the worst direction, if the arm does
 not reach it with the tool down, {above:g} m above the surface along its normal, or if the tool has no room there.
@@ -74,7 +79,7 @@ def _number(value: float) -> str:
 
 def parts(rows: Mapping[str, Mapping[str, Any]]) -> str:
     """What the errors consist of."""
-    return "".join(part(rows) for part in (_finger_parts, _tip_parts))
+    return "".join(part(rows) for part in (_finger_parts, _tip_parts, _told_wrong, _coverage))
 
 
 def _values(rows: Mapping[str, Mapping[str, Any]], *names: str) -> list[float] | None:
@@ -132,6 +137,49 @@ more or less counts as a standard deviation of the place, along every axis.
 """
 
 
+def _told_wrong(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    names = ("p50_1m", "angle_p50", "coverage", "marks_share")
+    found = [_values(rows, *(f"{kind}_{name}" for name in names)) for kind in ("thick", "thin", "noisy")]
+    usual = _values(rows, "ray_p50_1m", "ray_angle_p50", "coverage_finger", "ray_marks_share")
+    if usual is None or any(own is None for own in found):
+        return ""
+    kinds = zip(("as told", "20 % thicker", "20 % thinner", "errors 1.5 times as large"), (usual, *found), strict=True)
+    table = "\n".join(
+        f"| {name} | {own[0]:.1f} cm | {own[1]:.2f} deg | {own[2]:.0%} | {own[3]:.0%} |" for name, own in kinds if own
+    )
+    return f"""
+## Told wrong
+
+The method is told how thick fingers are, {1000 * FingerParams().radius:g} +- {1000 * FingerParams().radius_spread:g} mm of radius, and how much landmarks and
+depths err. The same fingers, otherwise than told; medians at 0.8 to 1.2 m, angles of all ways:
+
+| fingers | error | angle | covered | by landmarks alone |
+|---|---|---|---|---|
+{table}
+
+The radius is an unknown of the fit, so that a wrong one is found from the outline. Landmarks that err more than told would make a fit that is right
+look as if it contradicted them; their limit is therefore taken from how badly they fit a finger of their own, where that is
+worse than told, up to {FingerParams().worse:g} times their variance (`finger_axis.py`). What is told of a place does not grow by it.
+"""
+
+
+def _coverage(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    found = _values(
+        rows, "coverage", "coverage_tip", "coverage_finger", "coverage_arm", "coverage_same", "ray_other_share"
+    )
+    if found is None:
+        return ""
+    whole, tip, finger, arm, same, other = (f"{x:.0%}" for x in found)
+    return f"""
+## What is told of places
+
+Two standard deviations along the worst direction would cover 95 % of errors that are normal. They cover {whole} of all places, {tip} of tips,
+{finger} of fingers, {arm} of arms, and {same} of those on the solid that was meant: {other} of the fingers' places lie on another.
+Tips are told too cautiously: along the normal the surface's {100 * PointingParams().surface:g} cm count at least, and across it the gap between tip and map, as at an edge
+nothing says in which direction the map is off.
+"""
+
+
 def page(
     rows: Mapping[str, Mapping[str, Any]], by_kind: Mapping[str, Case], config: PointingConfig, scenes: Sequence[str],
     figures: Sequence[str] = (),
@@ -146,7 +194,7 @@ def page(
     text = HEAD.format(
         trials=rows["trials"]["value"], scenes=", ".join(scenes), options=options(config), rate=RATE, pixel=config.pixel, shared=config.shared, dwell=PointingParams().dwell,
         kinds=kind_table(by_kind), world=WORLD_ERROR, unsure=place.unsure, above=place.above,
-        drift=PointingParams().drift, turn=PointingParams().turn, first=config.first,
+        drift=PointingParams().drift, turn=PointingParams().turn, first=config.first, bend=BEND,
     )  # fmt: skip
     text += f"\n## Rows\n\n{row_table(rows)}\n{parts(rows)}"
     if figures:

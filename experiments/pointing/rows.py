@@ -25,6 +25,14 @@ BARS: dict[str, tuple[str, float]] = {
 }  # fmt: skip
 """Row -> what it should be."""
 ERROR = "distance of the place found from the true one"
+CHANGED = {
+    "fresh": "with errors of the landmarks that are new in every image",
+    "wide": "in images in which what is near is wider by a pixel to each side",
+    "thick": "of fingers 20 % thicker than the method is told",
+    "thin": "of fingers 20 % thinner than it is told",
+    "noisy": "with errors of landmarks and depths 1.5 times as large as it is told",
+}
+"""Kind of `AGAIN` -> what is other than in `finger`."""
 WORDS = {
     "trials": "trials of all kinds",
     "tip_p50": f"median {ERROR}, finger on a surface",
@@ -49,17 +57,16 @@ WORDS = {
     "ray_world_p50_1m": "the line of the detector's model in space, from the wrist's depth",
     "ray_world_found_1m": "share of those lines that meet anything",
     "ray_p50_near": f"median {ERROR}, along the index finger, surfaces at 0.3 to 0.6 m",
+    "ray_marks_share": "share of fingers held whose line is that of the landmarks alone, as their pixels contradict these",
     "ray_other_share": "share of fingers whose place lies on another solid than was meant, all ways",
-    "fresh_p50_1m": "ray_p50_1m with errors of the landmarks that are new in every image",
-    "fresh_across_p50_1m": "ray_across_p50_1m with these",
-    "fresh_angle_p50": "ray_angle_p50 with these",
-    "fresh_told_p50_1m": "told_p50_1m with these",
-    "fresh_coverage": "coverage of these",
-    "wide_p50_1m": "ray_p50_1m in images in which what is near is wider by a pixel to each side",
-    "wide_across_p50_1m": "ray_across_p50_1m in these",
-    "wide_angle_p50": "ray_angle_p50 in these",
-    "wide_told_p50_1m": "told_p50_1m in these",
-    "wide_coverage": "coverage in these",
+    **{
+        f"{kind}_{name}": words
+        for kind, first in CHANGED.items()
+        for name, words in (
+            ("p50_1m", f"ray_p50_1m {first}"), ("across_p50_1m", "ray_across_p50_1m of these"), ("angle_p50", "ray_angle_p50 of these"),
+            ("told_p50_1m", "told_p50_1m of these"), ("coverage", "coverage of these"), ("marks_share", "ray_marks_share of these"),
+        )
+    },
     "arm_p50_1m": f"median {ERROR}, along the arm, surfaces at 0.8 to 1.2 m from the wrist",
     "arm_p95_1m": "95th percentile of the same",
     "arm_angle_p50": "median angle between the line found and the true one, all ways",
@@ -208,13 +215,19 @@ def ray_rows(case: Case) -> Rows:
         "ray_world_p50_1m": row(100 * _at(errors(case, "world")[metre], 50), "cm"),
         "ray_world_found_1m": row(_mean(case["world_found"][metre].astype(float))),
         "ray_p50_near": row(100 * _at(errors(case)[near], 50), "cm"),
+        "ray_marks_share": row(_by_marks(case)),
         "ray_other_share": row(_mean((~same)[held].astype(float))),
         "told_p50_1m": row(100 * _at(told(case)[0][metre], 50), "cm"),
     }
 
 
+def _by_marks(case: Case) -> float:
+    same = np.all(case["direction_found"] == case["direction_marks"], axis=1)
+    return _mean(same[case["chosen"]].astype(float))
+
+
 def again_rows(case: Case, kind: str) -> Rows:
-    """Of index fingers whose landmarks err anew in every image, or in images in which what is near is wider."""
+    """Of the same index fingers under other conditions, `CHANGED`."""
     metre = _metre(case)
     return {
         f"{kind}_p50_1m": row(100 * _at(errors(case)[metre], 50), "cm"),
@@ -222,6 +235,7 @@ def again_rows(case: Case, kind: str) -> Rows:
         f"{kind}_angle_p50": row(math.degrees(_at(angles(case), 50)), "deg"),
         f"{kind}_told_p50_1m": row(100 * _at(told(case)[0][metre], 50), "cm"),
         f"{kind}_coverage": row(_mean(covered(case))),
+        f"{kind}_marks_share": row(_by_marks(case)),
     }
 
 

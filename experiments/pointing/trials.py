@@ -11,13 +11,14 @@ from scipy.spatial import KDTree
 
 from hrcjax.geom.capsules import Capsules
 from hrcjax.geom.sphere_trace import sphere_trace
-from hrcjax.sense.camera import Camera
+from hrcjax.sense.camera import Camera, in_image
 from hrcjax.typing import Array
 from hrcjax.world import Scene, scene_distance
 from hrcjax.world.place import path_middle
 
 from .hand import FINGER, INDEX, SHAPE, TIP, Hand, frame_of, hand_at
 from .people import ARM_RADII, NEAREST, REACH, Stand, elbows, people, shoulders
+from .posture import BEND, bends, room_beside_oneself
 
 KINDS = {
     "tip": "the finger touches the table or an obstacle: the place beside its tip",
@@ -27,10 +28,15 @@ KINDS = {
     "away": "a finger that points at nothing",
     "through": "a hand that passes, pointing, at 0.1 to 0.6 m/s",
     "wide": "the same fingers, in images in which what is near is wider by a pixel to each side",
+    "thick": "the same hands, fingers and all, 20 % thicker than the method is told",
+    "thin": "the same hands 20 % thinner than it is told",
+    "noisy": "the same fingers, with errors of landmarks and depths 1.5 times as large as it is told",
 }
 """Kinds of trials."""
-AGAIN = ("fresh", "wide")
+AGAIN = ("fresh", "wide", "thick", "thin", "noisy")
 """Kinds with the trials of `finger`."""
+THICKNESS = {"thick": 1.2, "thin": 0.8}
+"""Kind -> factor of the radii of the hand's capsules."""
 WAYS = (0.3, 0.6, 0.9, 1.2)
 """Limits of the ways to a place, each third of which as many trials have [m]."""
 SPEEDS = (0.1, 0.6)
@@ -187,8 +193,8 @@ def _draw_away(scene: Scene, random: np.random.Generator, count: int) -> _Drawn:
 
 
 DRAWS: dict[str, Callable[[Scene, np.random.Generator, int], _Drawn]] = {
-    "tip": _draw_tip, "finger": _draw_finger, "fresh": _draw_finger, "arm": _draw_arm, "away": _draw_away, "through": _draw_finger,
-    "wide": _draw_finger,
+    "tip": _draw_tip, "finger": _draw_finger, "arm": _draw_arm, "away": _draw_away, "through": _draw_finger,
+    **dict.fromkeys(AGAIN, _draw_finger),
 }  # fmt: skip
 
 
@@ -198,16 +204,9 @@ def _floats(*arrays: NDArray) -> tuple[Array, ...]:
 
 def in_images(cameras: Camera, x: NDArray) -> NDArray:
     """(trial) Whether all landmarks (trial landmark 3) are in all images."""
-    inside = np.ones(len(x), bool)
-    position, rotation, focal, cx, cy = (
-        np.asarray(a, float) for a in (cameras.position, cameras.rotation, cameras.fx, cameras.cx, cameras.cy)
-    )
-    for k in range(len(position)):
-        own = (x - position[k]) @ rotation[k]
-        u = own[..., :2] / np.maximum(own[..., 2:], 0.05) * focal[k] + np.array([cx[k], cy[k]])
-        size = np.array([cameras.width, cameras.height]) - 1 - MARGIN
-        inside &= np.all((u > MARGIN) & (u < size), axis=(1, 2)) & np.all(own[..., 2] > 0.4, axis=1)
-    return inside
+    u, depth = (np.asarray(a) for a in jax.vmap(in_image, in_axes=(0, None))(cameras, jnp.asarray(x, jnp.float32)))
+    size = np.array([cameras.width, cameras.height]) - 1 - MARGIN
+    return np.all((u > MARGIN) & (u < size), axis=(0, 2, 3)) & np.all(depth > 0.4, axis=(0, 2))
 
 
 def in_sight(scene: Scene, cameras: Camera, place: NDArray, normal: NDArray) -> NDArray:
@@ -219,6 +218,14 @@ def in_sight(scene: Scene, cameras: Camera, place: NDArray, normal: NDArray) -> 
         near = np.linalg.norm(at - place, axis=1) < IN_SIGHT
         seen |= (found > 0) & near & (np.sum(normal * u, axis=1) < -SLOPE)
     return seen
+
+
+def _possible(drawn: _Drawn, elbow: NDArray) -> NDArray:
+    """Which candidates a person could do, with fingers of any `THICKNESS`."""
+    hand = drawn.hand._replace(radius=drawn.hand.radius * max(THICKNESS.values()))
+    parts = jax.tree.map(lambda a: np.nan_to_num(a, nan=9.0), (drawn.stand, drawn.shoulder, elbow, hand, drawn.size))
+    room = room_beside_oneself(people(*parts), drawn.stand.side)
+    return (room > 0) & (bends(elbow, drawn.hand.landmarks) <= BEND)
 
 
 def _accepted(kind: str, scene: Scene, cameras: Camera, tree: KDTree, drawn: _Drawn) -> tuple[NDArray, NDArray, NDArray]:  # fmt: skip
@@ -241,6 +248,7 @@ def _accepted(kind: str, scene: Scene, cameras: Camera, tree: KDTree, drawn: _Dr
     elbow = elbows(drawn.shoulder, wrist, drawn.stand.side)
     lift = np.asarray(_distances(scene, *_floats(elbow[:, None])), float)[:, 0]
     good &= lift > ARM_RADII["forearm"] * drawn.size
+    good &= _possible(drawn, elbow)
     if kind == "away":
         return good & (found == 0), np.full_like(place, np.nan), np.full(len(good), np.nan)
     lower, upper = np.asarray(scene.table_lower, float), np.asarray(scene.table_upper, float)
@@ -260,7 +268,7 @@ def _gradients(scene: Scene, x: Array) -> Array:
 
 
 def number_of(kind: str) -> int:
-    """The number of a kind, for random draws; those of `fresh` and `wide` are that of `finger`."""
+    """The number of a kind, for random draws; those of `AGAIN` are that of `finger`."""
     return list(KINDS).index("finger" if kind in AGAIN else kind)
 
 
@@ -296,6 +304,7 @@ def _joined(kind: str, kept: list[tuple[_Drawn, NDArray, NDArray, NDArray]], ran
 
     stand = Stand(*(pick(lambda d, k=k: d.stand[k]) for k in range(3)))
     hand = Hand(*(pick(lambda d, k=k: d.hand[k]) for k in range(4)))
+    hand = hand._replace(radius=hand.radius * THICKNESS.get(kind, 1.0))
     shoulder, u, size = pick(lambda d: d.shoulder), pick(lambda d: d.u), pick(lambda d: d.size)
     wrist = hand.landmarks[:, 0]
     body = people(stand, shoulder, elbows(shoulder, wrist, stand.side), hand, size)

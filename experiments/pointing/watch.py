@@ -11,7 +11,7 @@ from hrcjax.geom.capsules import Capsules
 from hrcjax.hand import Line, PointingParams, PointingState, held_line, held_points, initial_pointing, update_pointing
 from hrcjax.numerics import safe_norm
 from hrcjax.sense import NoiseParams
-from hrcjax.sense.camera import Camera, render_capsules, render_scene
+from hrcjax.sense.camera import Camera, in_image, render_capsules, render_scene
 from hrcjax.sense.finger_axis import FingerParams, Seen, finger_line
 from hrcjax.sense.landmark_points import LandmarkParams, Located, locate_landmarks
 from hrcjax.sense.noise import measure
@@ -47,6 +47,8 @@ class Watch(NamedTuple):
     """How badly that is known [m]."""
     wider: int = 0
     """By how much what is near is wider to each side [px]."""
+    noise: float = 1.0
+    """Errors of landmarks and depths, over what the method is told [1]."""
 
 
 FINGER_WATCH = Watch(12, (128, 112), False, True, (0.007,) * 4, (0.004,) * 4)
@@ -55,6 +57,9 @@ WATCHES = {
     "finger": FINGER_WATCH,
     "fresh": FINGER_WATCH,
     "wide": FINGER_WATCH._replace(wider=1),
+    "thick": FINGER_WATCH,
+    "thin": FINGER_WATCH,
+    "noisy": FINGER_WATCH._replace(noise=1.5),
     "away": FINGER_WATCH,
     "arm": Watch(12, (224, 208), False, False, (ARM_RADII["upper arm"], ARM_RADII["forearm"]), (0.02, 0.01)),
     "through": FINGER_WATCH._replace(images=24, size=(96, 80), moving=True),
@@ -74,17 +79,6 @@ class Watched(NamedTuple):
     """Whether the line has been held."""
     time: Array
     """When [s]."""
-
-
-def projected(cameras: Camera, x: Float[Array, "camera landmark 3"]) -> Float[Array, "camera landmark 2"]:
-    """Columns and rows of landmarks, where each camera has them."""
-
-    def one(camera: Camera, x: Array) -> Array:
-        own = (x - camera.position) @ camera.rotation
-        focal = jnp.stack([camera.fx, camera.fy])
-        return own[:, :2] / jnp.maximum(own[:, 2:], 0.05) * focal + jnp.stack([camera.cx, camera.cy])
-
-    return jax.vmap(one)(cameras, x)
 
 
 def cropped(cameras: Camera, corner: Float[Array, "camera 2"], size: tuple[int, int]) -> Camera:
@@ -147,6 +141,7 @@ def _trial(
 ) -> Watched:  # fmt: skip
     dtype, count = line.dtype, len(watch.below)
     noise, marks = NoiseParams(), jnp.concatenate([line, wrist[None]])
+    real = eqx.tree_at(lambda p: p.subpixel, noise, watch.noise * noise.subpixel)
     pixels_key, world_key, own_key = jax.random.split(key, 3)
     same = jax.random.normal(pixels_key, (2, count + 1, 2), dtype)
     world_same = jax.random.normal(world_key, (count, 3), dtype)
@@ -160,7 +155,7 @@ def _trial(
     def look(k: Array) -> tuple[Array, Array, Camera, Array]:
         """Columns and rows of all landmarks in the whole images, the cropped cameras, their corners and exact images."""
         moved = velocity * ((k - middle + 0.5 * jnp.arange(2, dtype=dtype)) / RATE)[:, None]
-        whole = projected(cameras, marks + moved[:, None])
+        whole, _ = jax.vmap(in_image)(cameras, marks + moved[:, None])
         half = jnp.asarray(watch.size, dtype) / 2
         corner = jnp.round(jnp.mean(whole[:, :count], axis=1) - half)
         crop = cropped(cameras, corner, watch.size)
@@ -179,11 +174,11 @@ def _trial(
         whole, corner, crop, exact = look(k) if still is None else still
         key_u, key_w, *key_z = jax.random.split(key, 4)
         spread = spread_of(pixel, noise)
-        found = whole + spread * mixed(same, jax.random.normal(key_u, same.shape, dtype))
+        found = whole + watch.noise * spread * mixed(same, jax.random.normal(key_u, same.shape, dtype))
         limit = jnp.asarray([cameras.width - 1, cameras.height - 1], dtype)
         inside = jnp.all((found >= 0) & (found <= limit), axis=-1, keepdims=True)
         found = jnp.where(inside, found - corner[:, None], jnp.nan)
-        images = jax.vmap(lambda z, camera, key: measure(z, camera, key, noise))(exact, crop, jnp.stack(key_z))
+        images = jax.vmap(lambda z, camera, key: measure(z, camera, key, real))(exact, crop, jnp.stack(key_z))
         marks = located(crop, images, found[:, :count], watch, spread, shared, noise)
         state, done = update_pointing(params, state, *marks, True, 1 / RATE)
         root = eqx.tree_at(lambda p: p.pixel, LandmarkParams(), spread)

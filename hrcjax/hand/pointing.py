@@ -214,7 +214,7 @@ def pointed_place(params: PointingParams, line: Line, distance: DistanceFn) -> P
 
     A tip that touches is half a finger's thickness from the surface. What the map has more or less is air, or what the map is off, in any
     direction: at edges and columns the nearest surface of a map of points is farther than the true one, and in another place. It counts as a
-    standard deviation along every axis.
+    standard deviation along every axis. What the surface is off along its normal is part of it: there the larger of both counts.
 
     The covariance along a line is that of places of lines about it, `NEIGHBOURS` standard deviations to each side along its main
     axes (the unscented transform of Julier and Uhlmann): it is large at a grazing ray, and where the line may miss the edge of what it meets.
@@ -243,7 +243,8 @@ def pointed_place(params: PointingParams, line: Line, distance: DistanceFn) -> P
     gap = d - params.finger  # air, or what the map is off
     at_tip = flat @ line.covariance[:3, :3] @ flat.T + gap * gap * eye
     covariance = jnp.where(touched, at_tip, apart.T @ apart / (2 * NEIGHBOURS**2))
-    surface = params.surface * jnp.where(touched, off, line.direction / slant)
+    unsaid = safe_sqrt(jnp.maximum(params.surface**2 - gap * gap, 0.0))  # of the surface, where the gap says less
+    surface = jnp.where(touched, unsaid * off, params.surface * line.direction / slant)
     found = jnp.isfinite(d) & (touched | hits.found[0])
     return Pointed(place, covariance + jnp.outer(surface, surface), found, touched)
 

@@ -13,6 +13,9 @@ from hrcjax.geom.rotation import look_at
 from hrcjax.typing import Array, Float, Int, Matrix3, Scalar, Vector3
 from hrcjax.world.scene import COLUMN, FLOOR_Z, SPHERE, Scene, table_solid
 
+NEAREST = 0.05
+"""What is nearer, or behind the camera, is projected as if it were so far before it [m]."""
+
 
 class Camera(eqx.Module):
     """A pinhole camera: x right, y down, z forward. Pixel (u, v) looks along ((u - cx)/fx, (v - cy)/fy, 1)."""
@@ -66,6 +69,18 @@ def pixel_directions(camera: Camera) -> tuple[Float[Array, "height width"], Floa
     y = (jnp.arange(camera.height).astype(dtype) - camera.cy) / camera.fy
     shape = (camera.height, camera.width)
     return jnp.broadcast_to(x, shape), jnp.broadcast_to(y[:, None], shape)
+
+
+def in_image(
+    camera: Camera, place: Float[Array, "*point 3"]
+) -> tuple[Float[Array, "*point 2"], Float[Array, "*point"]]:
+    """Columns and rows of points of the world [px], which may lie outside the image, and their depths along the optical axis [m].
+
+    Nearer than `NEAREST` or behind the camera the pixel is that of a point at this depth, so that it stays finite.
+    """
+    own = (place - camera.position) @ camera.rotation
+    focal, middle = jnp.stack([camera.fx, camera.fy]), jnp.stack([camera.cx, camera.cy])
+    return own[..., :2] / jnp.maximum(own[..., 2:], NEAREST) * focal + middle, own[..., 2]
 
 
 def ray_obstacle(

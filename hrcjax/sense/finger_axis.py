@@ -13,7 +13,7 @@ from jax.flatten_util import ravel_pytree
 
 from hrcjax.hand.pointing import Line, line_along
 from hrcjax.numerics import safe_norm
-from hrcjax.sense.camera import Camera
+from hrcjax.sense.camera import Camera, in_image
 from hrcjax.sense.finger_pixels import (
     Axis,
     Evidence,
@@ -27,10 +27,6 @@ from hrcjax.sense.finger_pixels import (
 from hrcjax.sense.noise import NoiseParams
 from hrcjax.typing import Array, Bool, Float, Scalar
 
-CAMERA_MARKS = 8
-"""Columns and rows of the landmarks in an image."""
-FREE = 4
-"""Of these so many are lost to what is fitted."""
 DAMPING = 1e-3
 """Of the steps, over a unit diagonal [1]."""
 
@@ -56,6 +52,8 @@ class FingerParams(eqx.Module):
     """Standard deviation of how much wider its outline is [px]."""
     agree: float = 3.09
     """Quantile, as a standard normal number, of the landmarks' squared errors above which pixels of something else were taken: one in a thousand [1]."""
+    worse: float = 2.25
+    """Landmarks' squared errors may be so many times as large as told, if they fit a finger of their own that badly: errors that are half larger [1]."""
     step: float = 0.006
     """The longest step of an end of the finger along an axis [m]."""
     rounds: int = eqx.field(static=True, default=8)
@@ -69,7 +67,7 @@ class Seen(NamedTuple):
     """What one camera saw of a finger that was held still; cameras are stacked."""
 
     pixels: Float[Array, "*camera 4 2"]
-    """Mean columns and rows of the landmarks, from the base to the tip."""
+    """Mean columns and rows of the landmarks, from the base to the tip; not finite: the landmark is not in that image."""
     spread: Float[Array, "*camera"]
     """Their standard deviation [px]."""
     found: Bool[Array, "*camera"]
@@ -95,12 +93,17 @@ def finger_line(
     alone whether it sees the finger at all (`sees_finger`); of one that does not, only landmarks count. The information
     is that of the covariance.
 
-    Where the result contradicts the landmarks, they alone count.
+    Where the result contradicts the landmarks, they alone count: if their squared errors about it are more than those of chance. Chance is
+    taken from what is told of the landmarks, or from how badly they fit a finger of their own, whichever is more, up to `worse` (Birge's
+    ratio): landmarks that err more than told contradict every finger, and not that of the pixels.
 
     Args:
         cameras: stacked; the images are in their resolution.
         start: by the landmarks alone, as of `held_line`.
         length: of the finger by these [m].
+
+    Raises:
+        ValueError: images smaller than the part that is searched.
     """
     params, noise = params or FingerParams(), noise or NoiseParams()
     dtype, count = start.tip.dtype, len(seen.spread)
@@ -114,6 +117,9 @@ def finger_line(
         at = jax.vmap(lambda c, p: place_of(c, p.rays, shape(x)))(cameras, patches)
         return at.inside.ravel(), at.skin.ravel()
 
+    def marks(x: Array) -> Array:
+        return jax.vmap(lambda c, s: _landmark_errors(c, s, shape(x)))(cameras, seen).ravel()
+
     def known(x: Array) -> Array:
         """Residuals of the landmarks and of what is known before, over their deviations."""
         axis = shape(x)
@@ -121,7 +127,7 @@ def finger_line(
             (axis.joints - joints) / params.joint_spread, (axis.radius - params.radius)[None] / params.radius_spread,
             (safe_norm(axis.along) - params.length)[None] / params.length_spread, axis.swell[None] / params.swell_spread,
         ])  # fmt: skip
-        return jnp.concatenate([jax.vmap(lambda c, s: _landmark_errors(c, s, axis))(cameras, seen).ravel(), prior])
+        return jnp.concatenate([marks(x), prior])
 
     def normal(x: Array, blur: Array, asked: Array) -> tuple[Array, Array]:
         """Fisher's information, and the slope downhill."""
@@ -131,9 +137,9 @@ def finger_line(
             return jax.tree.map(lambda a: weight * a, e)
 
         e = jax.tree.map(jnp.ravel, jax.vmap(of)(cameras, patches, asked))
-        (outline, skin), marks = jax.jacfwd(places)(x), jax.jacfwd(known)(x)
-        N = (outline * e.edge[:, None]).T @ outline + (skin * e.deep[:, None]).T @ skin + marks.T @ marks
-        return N, marks.T @ known(x) - outline.T @ e.push - skin.T @ e.lag
+        (outline, skin), J = jax.jacfwd(places)(x), jax.jacfwd(known)(x)
+        N = (outline * e.edge[:, None]).T @ outline + (skin * e.deep[:, None]).T @ skin + J.T @ J
+        return N, J.T @ known(x) - outline.T @ e.push - skin.T @ e.lag
 
     def fitted(asked: Array) -> Array:
         def step(x: Array, blur: Array) -> tuple[Array, None]:
@@ -149,23 +155,31 @@ def finger_line(
     blurs = wide * (sharp / wide) ** share
 
     def ask(sees: Array, k: Array) -> tuple[Array, Array]:
-        """Camera k alone; last those that see the finger, together."""
+        """Camera k alone; then those that see the finger, together; last none, but the landmarks."""
         alone = jnp.arange(count) == k
-        x = fitted(jnp.where(k < count, alone.astype(dtype), sees))
+        x = fitted(jnp.where(k == count, sees, alone.astype(dtype)))
         own = jax.vmap(lambda c, p: sees_finger(p, place_of(c, p.rays, shape(x)), params.pixels, noise))(cameras, patches)  # fmt: skip
         return jnp.where(alone, own.astype(dtype), sees), x
 
-    sees, found = jax.lax.scan(ask, jnp.zeros(count, dtype), jnp.arange(count + 1))
-    x = found[-1]
+    sees, found = jax.lax.scan(ask, jnp.zeros(count, dtype), jnp.arange(count + 2))
+    x, bare = found[count], found[count + 1]
     N, _ = normal(x, sharp, sees)
-    scale = _scale(N)
-    covariance = scale[:, None] * jnp.linalg.inv(scale[:, None] * N * scale) * scale
     axis = shape(x)
-    line = line_along(axis.tip, axis.along, covariance[:6, :6])
-    e = jax.vmap(lambda c, s: _landmark_errors(c, s, axis))(cameras, seen)
-    freedom = jnp.maximum(CAMERA_MARKS * jnp.sum(seen.found.astype(dtype)) - FREE, 1.0)
+    line = line_along(axis.tip, axis.along, _inverse(N, 0.0)[:6, :6])
+
+    def squares(x: Array, N: Array) -> tuple[Array, Array]:
+        """Sum of squared errors of the landmarks, and its mean by chance: what they pull the fit to themselves is less."""
+        J = jax.jacfwd(marks)(x)
+        pull = J @ _inverse(N, DAMPING) @ J.T
+        there = 2.0 * jnp.sum(_marks_there(seen).astype(dtype))
+        e = marks(x)
+        return e @ e, jnp.maximum(there - 2.0 * jnp.trace(pull) + jnp.sum(pull * pull), 1.0)
+
+    N_bare, _ = normal(bare, sharp, jnp.zeros(count, dtype))
+    (off, freedom), (own_off, own_freedom) = squares(x, N), squares(bare, N_bare)
+    ratio = jnp.clip(own_off / own_freedom, 1.0, params.worse)
     finite = jnp.all(jnp.isfinite(x)) & jnp.all(jnp.isfinite(line.covariance))
-    good = finite & (jnp.sum(e * e) <= chi_square(freedom, params.agree))
+    good = finite & (off <= ratio * chi_square(freedom, params.agree))
     return jax.tree.map(lambda new, old: jnp.where(good, new, old), line, start)
 
 
@@ -179,6 +193,13 @@ def _scale(N: Array) -> Array:
     return 1.0 / jnp.sqrt(jnp.maximum(jnp.diag(N), 1e-12))
 
 
+def _inverse(N: Array, damping: Scalar) -> Array:
+    """N^-1, by way of a unit diagonal, to which `damping` is added."""
+    scale = _scale(N)
+    unit = scale[:, None] * N * scale + damping * jnp.eye(len(N), dtype=N.dtype)
+    return scale[:, None] * jnp.linalg.inv(unit) * scale
+
+
 def _solved(N: Array, slope: Array) -> Array:
     """N^-1 slope, scaled to a unit diagonal: lengths and shares differ by orders."""
     scale = _scale(N)
@@ -186,11 +207,14 @@ def _solved(N: Array, slope: Array) -> Array:
     return scale * jnp.linalg.solve(damped, scale * slope)
 
 
+def _marks_there(seen: Seen) -> Bool[Array, "*camera 4"]:
+    """Which landmarks are in an image: its detector found the hand, and column and row are numbers."""
+    return seen.found[..., None] & jnp.all(jnp.isfinite(seen.pixels), axis=-1)
+
+
 def _landmark_errors(camera: Camera, seen: Seen, axis: Axis) -> Array:
     """How far landmarks are from where the finger has them, over their deviations; 0 where there are none."""
     share = jnp.concatenate([jnp.ones(1, axis.joints.dtype), axis.joints, jnp.zeros(1, axis.joints.dtype)])
-    own = (axis.tip - share[:, None] * axis.along - camera.position) @ camera.rotation
-    focal, middle = jnp.stack([camera.fx, camera.fy]), jnp.stack([camera.cx, camera.cy])
-    at = own[:, :2] / jnp.maximum(own[:, 2:], 0.05) * focal + middle
-    there = seen.found & jnp.all(jnp.isfinite(seen.pixels), axis=-1, keepdims=True)
+    at, _ = in_image(camera, axis.tip - share[:, None] * axis.along)
+    there = _marks_there(seen)[:, None]
     return jnp.where(there, at - jnp.where(there, seen.pixels, 0), 0.0) / seen.spread

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.numerics import safe_divide, safe_norm, safe_sqrt
-from hrcjax.sense.camera import Camera
+from hrcjax.sense.camera import Camera, in_image
 from hrcjax.sense.noise import NoiseParams, depth_deviation
 from hrcjax.typing import Array, Float, Scalar, Vector3
 
@@ -103,13 +103,20 @@ class Evidence(NamedTuple):
 def patch_of(
     camera: Camera, depth: Float[Array, "height width"], images: Float[Array, "height width"], axis: Axis, params: PixelParams
 ) -> Patch:  # fmt: skip
-    """The pixels about the middle of a finger."""
+    """The pixels about the middle of a finger; at a border of the image those next to it.
+
+    Raises:
+        ValueError: an image smaller than the part that is searched.
+    """
     size = params.patch
-    own = (axis.tip - 0.5 * axis.along - camera.position) @ camera.rotation
-    focal, middle = jnp.stack([camera.fx, camera.fy]), jnp.stack([camera.cx, camera.cy])
-    at = own[:2] / jnp.maximum(own[2], 0.05) * focal + middle
+    if min(depth.shape) < size:
+        raise ValueError(
+            f"depth image of {depth.shape[0]} x {depth.shape[1]} (rows x columns): a finger is searched in {size} x {size}; "
+            f"accepted are images of at least this size, or a smaller PixelParams.patch"
+        )
+    at, _ = in_image(camera, axis.tip - 0.5 * axis.along)
     most = jnp.asarray([depth.shape[1] - size, depth.shape[0] - size], at.dtype)
-    corner = jnp.clip(jnp.round(at - size / 2), 0, jnp.maximum(most, 0)).astype(jnp.int32)
+    corner = jnp.clip(jnp.round(at - size / 2), 0, most).astype(jnp.int32)
     cut = lambda a: jax.lax.dynamic_slice(a, (corner[1], corner[0]), (size, size))  # noqa: E731
     steps = jnp.arange(size, dtype=corner.dtype)
     u, v = jnp.meshgrid(corner[0] + steps, corner[1] + steps)

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.numerics import solve_spd
-from hrcjax.sense.camera import Camera
+from hrcjax.sense.camera import Camera, in_image
 from hrcjax.sense.noise import NoiseParams, depth_deviation
 from hrcjax.sense.points import valid_depth
 from hrcjax.typing import Array, Bool, Float, Matrix3, Vector3
@@ -107,11 +107,8 @@ def locate_landmark(
         """Residuals over their deviations (camera 3), their slopes, and weights."""
 
         def residual(x: Array) -> Array:
-            own = jnp.einsum("cij,ci->cj", cameras.rotation, x - cameras.position)
-            front = jnp.maximum(own[:, 2], 0.05)
-            u = (cameras.fx * own[:, 0] / front + cameras.cx - pixels[:, 0]) / spread
-            v = (cameras.fy * own[:, 1] / front + cameras.cy - pixels[:, 1]) / spread
-            return jnp.stack([u, v, (own[:, 2] - z) / deep], axis=-1)
+            at, own = jax.vmap(in_image, in_axes=(0, None))(cameras, x)
+            return jnp.concatenate([(at - pixels) / jnp.expand_dims(spread, 1), ((own - z) / deep)[:, None]], axis=-1)
 
         e = residual(x)
         doubtful = 1.0 / (1.0 + (e[:, 2] * deep / params.doubt) ** 2)

@@ -15,14 +15,15 @@ from experiments.pointing.config import PointingConfig
 from experiments.pointing.figures import draw
 from experiments.pointing.hand import INDEX, PALM_SIZE, SHAPE, TIP, frame_of, hand_at
 from experiments.pointing.page import options, page
-from experiments.pointing.people import NEAREST, REACH, Stand, elbows, shoulders
+from experiments.pointing.people import NEAREST, REACH, Stand, elbows, people, shoulders
+from experiments.pointing.posture import BEND, bends, room_beside_oneself
 from experiments.pointing.rows import BARS, Case, all_rows, definition, holds
 from experiments.pointing.run import scenes_of
-from experiments.pointing.trials import KINDS, SEEN, WAYS, draw_trials, in_sight, unit
-from experiments.pointing.watch import FINGER_WATCH, WATCHES, cropped, projected, watch_trials, widened
-from hrcjax.hand import LANDMARKS, PALM, PointingParams
+from experiments.pointing.trials import AGAIN, KINDS, SEEN, THICKNESS, WAYS, draw_trials, in_sight, unit
+from experiments.pointing.watch import FINGER_WATCH, WATCHES, cropped, watch_trials, widened
+from hrcjax.hand import BONES, LANDMARKS, PALM, PointingParams
 from hrcjax.sense import d435i
-from hrcjax.sense.camera import render_scene
+from hrcjax.sense.camera import in_image, render_scene
 from hrcjax.sense.rig import cell_rig, stack_cameras
 from hrcjax.world import scene_named
 from hrcjax.world.skeleton import FOREARM, UPPER_ARM, Pose, body_of
@@ -101,6 +102,10 @@ def test_trials_are_what_they_say(kind: str, scene, cameras, points) -> None:
     np.testing.assert_allclose(np.linalg.norm(u, axis=1), 1.0)
     along = unit(trials.line[:, -1] - trials.line[:, 0])
     np.testing.assert_allclose(along, u, atol=1e-6)
+    assert all(rooms(trials) > 0), "no hand is within its own body"
+    a, radius = np.asarray(trials.capsules.a, float), np.asarray(trials.capsules.radius)
+    right = (radius[:, 9] < 0).astype(int)  # the hand that points has no ball
+    assert bends(a[np.arange(SIX), 6 + right], trials.hand).max() <= BEND
     if kind == "away":
         assert np.isnan(trials.place).all() and (u[:, 2] > 0).all()
         return
@@ -119,6 +124,63 @@ def test_trials_are_what_they_say(kind: str, scene, cameras, points) -> None:
     assert (np.linalg.norm(trials.velocity, axis=1) > 0).all() == (kind == "through")
 
 
+def rooms(trials) -> np.ndarray:
+    """Least distance of fingers' landmarks from all capsules of the body but the arm's own, in NumPy [m]."""
+    a, b, r = (np.asarray(x, float)[:, :14] for x in (trials.capsules.a, trials.capsules.b, trials.capsules.radius))
+    found = []
+    for k, hand in enumerate(trials.hand):
+        right = int(r[k, 9] < 0)
+        others = [j for j in range(14) if r[k, j] >= 0 and j not in (4 + right, 6 + right)]
+        way = b[k, others] - a[k, others]
+        s = np.clip(np.sum((hand[:, None] - a[k, others]) * way, axis=2) / np.sum(way**2, axis=1), 0, 1)
+        apart = np.linalg.norm(hand[:, None] - a[k, others] - s[..., None] * way, axis=2)
+        found.append((apart - r[k, others]).min())
+    return np.array(found)
+
+
+def test_fingers_of_other_thickness_are_those_of_the_same_trials(scene, cameras, points) -> None:
+    first, count = draw_trials("finger", scene, cameras, points, SIX, 0), len(BONES)
+    for kind in AGAIN:
+        same = draw_trials(kind, scene, cameras, points, SIX, 0)
+        np.testing.assert_array_equal(same.line, first.line)
+        ratio = np.asarray(same.capsules.radius / first.capsules.radius)
+        np.testing.assert_allclose(ratio[:, -count:], {"thick": 1.2, "thin": 0.8}.get(kind, 1.0), rtol=1e-5)
+        np.testing.assert_array_equal(ratio[:, :-count], 1.0)
+    assert set(THICKNESS) < set(AGAIN) and WATCHES["noisy"] == WATCHES["finger"]._replace(noise=1.5)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_room_beside_oneself_is_that_of_the_closed_form(side: float) -> None:
+    """A fingertip in the upright chest, at some depth; then an arm stretched out, of which only what a joint connects is met."""
+    stand = Stand(np.array([[0.0, 0.0]]), np.zeros(1), np.array([side]))
+    shoulder, size = shoulders(stand), np.ones(1)
+    level = unit(np.array([2.0 * side, 0.5, 0.0]))
+    u = frame_of(unit(level + np.array([0.0, 0.0, -0.25]))[None], np.zeros(1))
+    for room in (-0.01, -0.02, -0.03):
+        tip = np.array([[0.0, 0.0, shoulder[0, 2] - 0.35]]) - (0.15 + 0.008 + room) * level
+        hand = hand_at(tip, u, size, stand.side)
+        elbow = elbows(shoulder, hand.landmarks[:, 0], stand.side)
+        found = room_beside_oneself(people(stand, shoulder, elbow, hand, size), stand.side)
+        np.testing.assert_allclose(found, room, atol=1e-4)
+    reach = shoulder + np.array([[0.05 * side, -0.5, -0.05]])
+    hand = hand_at(
+        reach + np.array([[0.0, -0.178, 0.0]]), frame_of(np.array([[0.0, -1.0, 0.0]]), np.zeros(1)), size, stand.side
+    )
+    elbow = elbows(shoulder, hand.landmarks[:, 0], stand.side)
+    free = room_beside_oneself(people(stand, shoulder, elbow, hand, size), stand.side)
+    assert free[0] > 0.02, "an arm that is stretched out meets nothing"
+    turned = hand_at(
+        hand.landmarks[:, 0] + np.array([[0.0, 0.178, 0.0]]),
+        frame_of(np.array([[0.0, 1.0, 0.0]]), np.zeros(1)),
+        size,
+        stand.side,
+    )
+    assert bends(elbow, turned.landmarks)[0] > BEND > bends(elbow, hand.landmarks)[0]
+    assert room_beside_oneself(people(stand, shoulder, elbow, turned, size), stand.side)[0] < 0, (
+        "a finger in one's own forearm"
+    )
+
+
 def test_a_camera_sees_the_side_that_faces_it(scene, cameras) -> None:
     """Of the first column, whose cameras stand at smaller y."""
     x, y, half = (float(v) for v in (scene.center[0, 0], scene.center[0, 1], scene.center[0, 2]))
@@ -135,9 +197,10 @@ def test_a_cropped_camera_sees_the_same(scene) -> None:
     one = jax.tree.map(lambda a: a[1], crop)
     np.testing.assert_allclose(render_scene(one, scene), whole[50:66, 60:84], rtol=1e-5)
     x = jnp.asarray([[0.3, 0.4, 0.2], [0.1, 0.5, 0.0]], jnp.float32)
-    moved = projected(both, jnp.stack([x, x])) - projected(crop, jnp.stack([x, x]))
+    (whole, _), (part, _) = (jax.vmap(in_image, in_axes=(0, None))(c, x) for c in (both, crop))
+    moved = whole - part
     np.testing.assert_allclose(moved, np.broadcast_to([[[30, 20]], [[60, 50]]], (2, 2, 2)), atol=1e-3)
-    np.testing.assert_allclose(projected(both, jnp.stack([x, x]))[0, 0], [79.75, 59.25], atol=0.3)
+    np.testing.assert_allclose(whole[0, 0], [79.75, 59.25], atol=0.3)
 
 
 def test_what_is_near_is_wider_by_a_pixel() -> None:
@@ -244,7 +307,10 @@ def test_page_and_figures(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--kinds", "toe"], "--kinds toe: accepted are tip, finger, fresh, arm, away, through, wide"),
+        (
+            ["--kinds", "toe"],
+            "--kinds toe: accepted are tip, finger, fresh, arm, away, through, wide, thick, thin, noisy",
+        ),
         (["--scenes", "moon"], "--scenes moon: accepted are robotica"),
         (["--pixel", "-1"], "--pixel -1: accepted are 0 to 50"),
         (["--shared", "2"], "--shared 2: accepted are 0 to 1"),

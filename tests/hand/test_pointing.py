@@ -247,6 +247,16 @@ def test_a_tip_at_a_surface_names_what_is_beside_it() -> None:
     assert float(spread(pointed_place(PARAMS, at_skin, table).covariance)) == pytest.approx(1e-3, rel=1e-3)
 
 
+@pytest.mark.parametrize(("gap", "told"), [(0.0, 0.004), (0.001, 0.004), (0.01, 0.01), (-0.006, 0.006)])
+def test_at_a_tip_the_map_counts_once(gap: float, told: float) -> None:
+    """A tip known exactly: along the normal what the surface is off or the gap, whichever is more; across the gap alone."""
+    params = PointingParams(surface=0.004)
+    tip = jnp.asarray([0.1, 0.2, params.finger + gap])
+    place = pointed_place(params, Line(tip, -UP, jnp.zeros((6, 6), tip.dtype)), table)
+    assert bool(place.touched)
+    np.testing.assert_allclose(np.sqrt(np.diag(place.covariance)), [abs(gap), abs(gap), told], rtol=1e-3, atol=2e-6)
+
+
 def test_a_tip_at_an_edge_that_the_map_has_rounded_off_is_covered() -> None:
     """Fingers on a box whose map has lost a centimetre and a half of every face: places beside them are off, and told to be."""
     rng, half, lost = np.random.default_rng(0), np.array([0.1, 0.1, 0.1]), 0.015

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from hrcjax.geom.capsules import Capsules
-from hrcjax.sense.camera import d435i, pixel_directions, render_capsules, render_depth, render_scene
+from hrcjax.sense.camera import d435i, in_image, pixel_directions, render_capsules, render_depth, render_scene
+from hrcjax.sense.points import deproject
 from hrcjax.sense.rig import cell_rig
 from hrcjax.world.person import person_at
 from hrcjax.world.scene import BOX, COLUMN, FLOOR_Z, SPHERE, table_solid
@@ -92,3 +93,18 @@ def test_floor_and_nothing():
     np.testing.assert_allclose(image, 1.0 - FLOOR_Z, atol=1e-9)  # depth, not range: the same for every pixel
     up = d435i(jnp.asarray([0.0, 0.0, 1.0]), jnp.asarray([0.0, 0.0, 5.0]), 32)
     assert np.isinf(render_scene(up, scene)).all()
+
+
+def test_a_point_of_an_image_is_projected_onto_its_pixel() -> None:
+    """The points that a depth image is made into go back to whole columns and rows, with their depths."""
+    camera = d435i(jnp.asarray([0.4, -1.0, 1.5], jnp.float32), jnp.asarray([0.1, 0.3, 0.2], jnp.float32), 16)
+    depth = jnp.asarray(np.random.default_rng(0).uniform(0.3, 3.0, (camera.height, camera.width)), jnp.float32)
+    pixels, deep = in_image(camera, deproject(camera, depth).points)
+    v, u = np.mgrid[0 : camera.height, 0 : camera.width]
+    np.testing.assert_allclose(pixels, np.stack([u.ravel(), v.ravel()], axis=-1), atol=2e-3)
+    np.testing.assert_allclose(deep, np.asarray(depth).ravel(), rtol=1e-5)
+    behind = camera.position - 0.5 * camera.rotation[:, 2] + 0.1 * camera.rotation[:, 0]
+    pixel, deep = in_image(camera, behind)
+    assert float(deep) == pytest.approx(-0.5, abs=1e-5) and np.isfinite(pixel).all()
+    slope = jax.jacfwd(lambda x: in_image(camera, x)[0])(camera.position)
+    assert np.isfinite(slope).all(), "in the pinhole itself, too"

@@ -48,8 +48,13 @@ def exact(cameras):
 
 @pytest.fixture(scope="module")
 def pixels(cameras) -> np.ndarray:
-    """Of the landmarks, in NumPy."""
-    marks, found = TIP - np.array([1.0, 0.5, 0.22, 0.0])[:, None] * LENGTH * U, []
+    """Of the landmarks."""
+    return marks_at(cameras, TIP)
+
+
+def marks_at(cameras, tip) -> np.ndarray:
+    """Columns and rows of the landmarks of a finger, in NumPy."""
+    marks, found = tip - np.array([1.0, 0.5, 0.22, 0.0])[:, None] * LENGTH * U, []
     for R, eye, f, cx, cy in zip(cameras.rotation, cameras.position, cameras.fx, cameras.cx, cameras.cy, strict=True):
         own = (marks - np.asarray(eye)) @ np.asarray(R)
         found.append(own[:, :2] / own[:, 2:] * float(f) + np.array([cx, cy]))
@@ -62,14 +67,14 @@ def line_of(cameras):
     far = jnp.eye(6, dtype=jnp.float32) * 1e-3
 
     @jax.jit
-    def run(pixels, depth, count, tip, u):
-        seen = Seen(pixels, jnp.full(2, SPREAD, jnp.float32), jnp.ones(2, bool), depth, count)
+    def run(pixels, depth, count, tip, u, there):
+        seen = Seen(pixels, jnp.full(2, SPREAD, jnp.float32), there, depth, count)
         return finger_line(cameras, seen, Line(tip, u / jnp.linalg.norm(u), far), jnp.float32(0.09))
 
-    def line(pixels, depth, count=None, off=0.0, turn=0.0):
+    def line(pixels, depth, count=None, off=0.0, turn=0.0, there=(True, True)):
         count = jnp.full(depth.shape, float(IMAGES), jnp.float32) if count is None else count
         start = jnp.asarray(TIP + off), jnp.asarray(U + turn)
-        return jax.tree.map(np.asarray, run(jnp.asarray(pixels), depth, count, *start))
+        return jax.tree.map(np.asarray, run(jnp.asarray(pixels), depth, count, *start, jnp.asarray(there)))
 
     return line
 
@@ -123,6 +128,30 @@ def test_what_contradicts_the_landmarks_is_not_taken(line_of, exact, pixels) -> 
     assert angle(found.direction) > 4 and float(found.covariance[0, 0]) == pytest.approx(1e-3)
     nothing = line_of(np.full_like(pixels, np.nan), jnp.zeros_like(exact))
     assert np.isfinite(nothing.tip).all()
+
+
+def test_landmarks_that_are_no_numbers_are_as_those_of_no_hand(line_of, exact, pixels) -> None:
+    """Of one camera: those that are left are eight numbers, which err less by chance than sixteen; so that the line is refused sooner."""
+    aside = np.array([[-1.0, 1.0], [1.0, -1.0]], np.float32)[:, None] * np.float32(0.7071)
+    turn = np.array([0.1, 0.0, 0.0], np.float32)
+    for far, kept in ((1.5, True), (2.75, False)):
+        off = pixels + np.float32(far) * aside
+        lost = np.concatenate([off[:1], np.full_like(off[1:], np.nan)])
+        line, same = line_of(lost, exact, turn=turn), line_of(off, exact, turn=turn, there=(True, False))
+        np.testing.assert_array_equal(line.direction, same.direction)
+        assert (float(line.covariance[0, 0]) < 5e-4) == kept
+
+
+def test_landmarks_that_err_more_than_told_do_not_refuse_the_pixels(line_of, cameras, exact, pixels) -> None:
+    """By half more than told: the least squares of a finger of their own say so. A finger 4 cm beside is still refused."""
+    rng, turn = np.random.default_rng(3), np.array([0.1, 0.0, 0.0], np.float32)
+    noise = 1.5 * SPREAD * rng.normal(size=(8, *pixels.shape))
+    found = [line_of((pixels + e).astype(np.float32), exact, turn=turn) for e in noise]
+    assert all(float(line.covariance[0, 0]) < 5e-4 for line in found)
+    assert np.median([angle(line.direction) for line in found]) < 1.5
+    other = marks_at(cameras, TIP + np.array([0.0, 0.04, 0.0]))
+    beside = [line_of((other + e).astype(np.float32), exact, turn=turn) for e in noise[:3]]
+    assert all(float(line.covariance[0, 0]) == pytest.approx(1e-3) for line in beside)
 
 
 def test_of_cameras_that_see_something_else_only_landmarks_count(line_of, cameras, exact, pixels) -> None:

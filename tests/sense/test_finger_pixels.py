@@ -104,3 +104,13 @@ def test_a_finger_is_seen_where_it_stands_out(camera, axis) -> None:
     assert not bool(ask(level)), "of a depth with what is behind"
     assert not bool(ask(jnp.full_like(alone, 1.5))) and not bool(ask(jnp.zeros_like(alone)))
     assert not bool(ask(jnp.full_like(alone, 3.0)))
+
+
+@pytest.mark.parametrize("shape", [(47, 96), (96, 47), (20, 20)])
+def test_an_image_that_is_too_small_is_refused_in_one_line(camera, axis, shape: tuple[int, int]) -> None:
+    small = jnp.full(shape, 2.0, jnp.float32)
+    with pytest.raises(ValueError, match=f"depth image of {shape[0]} x {shape[1]} .*48 x 48; accepted are") as told:
+        patch_of(camera, small, small, axis, PARAMS)
+    assert "\n" not in str(told.value)
+    whole = jnp.full((48, 48), 2.0, jnp.float32)
+    assert patch_of(camera, whole, whole, axis, PARAMS).depth.shape == (48, 48)
