@@ -5,6 +5,7 @@ import jax.numpy as jnp
 
 from hrcjax.body import BodyFit, BodyParams
 from hrcjax.body.parts_from import head_gap, parts_from, surface_gap
+from hrcjax.body.state import sure_track
 from hrcjax.geom.segment import FAR
 from hrcjax.numerics import safe_norm
 from hrcjax.robot import COVER_MARGIN
