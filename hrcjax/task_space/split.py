@@ -5,6 +5,7 @@ is cut where it is thinnest, or between the points on the best shape and those o
 group better than one.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +52,11 @@ def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params
     seen = evidence(views, parts, places)
     kind, fit, score = best_shape(seen, params)
     return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1))
+
+
+def _score(things: Sequence[Explained]) -> float:
+    """Criterion of several things for each of their points [1]."""
+    return float(np.average([one.score for one in things], weights=[len(one.place) for one in things]))
 
 
 def thin_places(place: Float[np.ndarray, "point 3"], count: int) -> list[tuple[Float[np.ndarray, "2"], float]]:
@@ -118,8 +124,7 @@ def _as_two(
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
                 break
             two = tuple(_fitted(views, half, flat, params) for half in halves)
-            counts = [len(t.place) for t in two]
-            score = float(np.average([t.score for t in two], weights=counts))
+            score = _score(two)
             if score < least:
                 best, least = two, score
             near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
@@ -173,8 +178,7 @@ def rejoin(
         a, b = (every[k] for k in pair)
         tried.append((a, b))
         one = _fitted(views, a.parts + b.parts, flat, params)
-        apart = float(np.average([a.score, b.score], weights=[len(a.place), len(b.place)]))
-        if one.score <= split.alike * apart and not _poor(views, one, flat, params, split):
+        if one.score <= split.alike * _score((a, b)) and not _poor(views, one, flat, params, split):
             every = [other for k, other in enumerate(every) if k not in pair] + [one]
 
 
@@ -201,7 +205,7 @@ def hand_over(
         if left < split.least_pixels or left > len(a.place) / 2:
             continue
         two = _fitted(views, own, flat, params), _fitted(views, b.parts + given, flat, params)
-        if all(shaped(one, split) for one in two):
+        if all(shaped(one, split) for one in two) and _score(two) < _score((a, b)):
             every[poorer], every[better] = two
     return every
 
