@@ -16,7 +16,7 @@ from hrcjax.task_space.choice import best_shape
 from hrcjax.task_space.evidence import evidence
 from hrcjax.task_space.instances import Part, SplitParams
 from hrcjax.task_space.shape_fit import OFF, Evidence, FitParams, Fitted
-from hrcjax.task_space.solid_distance import solid_distances
+from hrcjax.task_space.solid_distance import Solid, common_depth, solid_distances
 from hrcjax.task_space.view import View
 
 ANGLES = 24
@@ -91,11 +91,13 @@ def _sides(parts: list[Part], side: list[np.ndarray], least: int) -> tuple[list[
     return tuple([p for p in half if len(p.pixels) >= max(least // 3, 1)] for half in (first, second))  # pyright: ignore[reportReturnType]  # two
 
 
+def _solid(one: Explained) -> Solid:
+    return one.kind, np.asarray(one.fit.center), np.asarray(one.fit.size), float(one.fit.yaw)
+
+
 def _from(one: Explained, place: np.ndarray) -> np.ndarray:
     """Distances of points from the surface of a shape [m]."""
-    return np.abs(
-        solid_distances(one.kind, np.asarray(one.fit.center), np.asarray(one.fit.size), float(one.fit.yaw), place)
-    )
+    return np.abs(solid_distances(*_solid(one), place))
 
 
 def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams) -> list[np.ndarray]:
@@ -185,9 +187,9 @@ def rejoin(
 def hand_over(
     views: list[View], every: list[Explained], flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> list[Explained]:
-    """The same things, but for those most of whose points lie on the surface of a better explained neighbour: an image may join a small
-    thing with a part of the one behind it, and a shape about both would pass through the other. The neighbour gets these points, and what is
-    left has a shape of its own, where there is one.
+    """The same things, but for those that pass through a better explained neighbour, which solids cannot, and most of whose points lie on
+    its surface: an image may join a small thing with a part of the one behind it, and a shape about both passes through the other. The
+    neighbour gets these points, and what is left has a shape of its own, where there is one and it passes through less.
 
     Args:
         flat: points of all pixels of every view [m].
@@ -196,6 +198,9 @@ def hand_over(
     for i, j in _near_pairs(every, split):
         poorer, better = sorted((i, j), key=lambda k: -every[k].score)
         a, b = every[poorer], every[better]
+        through = common_depth(_solid(a), _solid(b))
+        if through <= OFF * float(params.model):
+            continue  # side by side, as solids can be: near the neighbour's surface is what faces it
         stays = []
         for part in a.parts:
             place, spread = flat[part.view][part.pixels], views[part.view].deviation.ravel()[part.pixels]
@@ -205,7 +210,7 @@ def hand_over(
         if left < split.least_pixels or left > len(a.place) / 2:
             continue
         two = _fitted(views, own, flat, params), _fitted(views, b.parts + given, flat, params)
-        if all(shaped(one, split) for one in two) and _score(two) < _score((a, b)):
+        if all(shaped(one, split) for one in two) and common_depth(*map(_solid, two)) < through:
             every[poorer], every[better] = two
     return every
 
