@@ -9,7 +9,7 @@ POINTS = -1
 """Kind of a thing that no shape explains: kept as points, solid as its upright box."""
 Solid = tuple[int, np.ndarray, np.ndarray, float]
 """Kind, centre [m], half extents [m] and turn about the vertical [rad]."""
-GRID = 24
+GRID = 25
 """Places along every axis at which `common_depth` looks."""
 
 
@@ -38,7 +38,7 @@ def common_depth(one: Solid, other: Solid) -> float:
     low, high = lower.max(0), upper.min(0)
     if np.any(high <= low):
         return 0.0
-    axes = (low + (np.arange(GRID) + 0.5)[:, None] / GRID * (high - low)).T
+    axes = np.linspace(low, high, GRID).T
     place = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     return 2 * max(0.0, float(-np.maximum(solid_distances(*one, place), solid_distances(*other, place)).min()))
 
