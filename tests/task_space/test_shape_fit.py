@@ -43,6 +43,10 @@ def test_a_box_of_which_top_and_front_are_seen() -> None:
     np.testing.assert_allclose(fit.center, [0.3, 0.4, 0.04], atol=1.5e-3)
     np.testing.assert_allclose(np.sort(np.asarray(fit.size)), [0.03, 0.04, 0.05], atol=1.5e-3)
     assert float(fit.claimed) == 0 and float(fit.residual) < 1e-3
+    spread = np.asarray(
+        fit.center_deviation
+    )  # nothing touches the ends along x: known as well as is assumed, and no worse
+    assert np.all((spread > 0) & (spread < 1.01 * FitParams().size)) and spread[0] > 0.5 * FitParams().size
 
 
 def test_a_fit_moves_with_what_is_seen() -> None:
