@@ -17,8 +17,9 @@ Examples:
   A hundred tables of one to eight things, rows in a file:
     python -m experiments.task_space --evaluate --json task_space.json
 
-  Five tables:
+  Five tables; or one, by its number:
     python -m experiments.task_space --evaluate --quick
+    python -m experiments.task_space --evaluate --first 75 --tables 1
 
   Recorded depth into a scene file, one for every frame, with figures; then the sweep in it:
     python -m experiments.task_space --input path/to/recording --out runs/desk
@@ -26,6 +27,10 @@ Examples:
 
   One scene from several frames of a still camera, named by a detector that you bring (extra: perception):
     python -m experiments.task_space --input path/to/recording --together --segmenter mask_rcnn.onnx --names coco.txt"""
+
+
+FRESH = 2000
+"""Number of the first table of `TaskSpaceConfig.fresh`."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,10 @@ class TaskSpaceConfig:
     """Recordings to map: folders with depth/ and pose.txt, TUM RGB-D folders, NPZ files or ROS bags, as of `experiments.map`. Colour images are read from color/ of a folder of numbered images."""
     tables: int = 100
     """With --evaluate: number of tables."""
+    first: int = 0
+    """With --evaluate: number of the first table; a table is drawn by its number."""
+    fresh: int = 0
+    """With --evaluate: so many tables more, from number 2000 on, at which nobody has looked while the mapping was made; they have rows of their own, in the section task_space_fresh."""
     images: int = 16
     """With --evaluate: images of each camera, whose mean is mapped."""
     together: bool = False
@@ -57,7 +66,7 @@ class TaskSpaceConfig:
     names: Path | None = None
     """With --segmenter: a text file with the name of a class on every line."""
     quick: bool = False
-    """Five tables."""
+    """Five tables, and five fresh ones if there are any."""
     out: Path | None = None
     """Folder of the run; runs/task_space-FINGERPRINT if not given, so that the same command resumes."""
     json: Path | None = None
@@ -69,6 +78,16 @@ class TaskSpaceConfig:
     overwrite: bool = False
     """Replace another run in the folder."""
 
+    @property
+    def numbers(self) -> range:
+        """Of the tables."""
+        return range(self.first, self.first + self.tables)
+
+    @property
+    def fresh_numbers(self) -> range:
+        """Of those that nobody has looked at."""
+        return range(FRESH, FRESH + self.fresh)
+
 
 def parse(argv: Sequence[str]) -> TaskSpaceConfig:
     """The settings from the command line.
@@ -78,4 +97,4 @@ def parse(argv: Sequence[str]) -> TaskSpaceConfig:
         SystemExit: with status 0 after --help.
     """
     config = parse_config(TaskSpaceConfig, argv, "task_space", DESCRIPTION)
-    return replace(config, tables=min(config.tables, 5)) if config.quick else config
+    return replace(config, tables=min(config.tables, 5), fresh=min(config.fresh, 5)) if config.quick else config

@@ -1,7 +1,7 @@
 """One random table: images of both cameras, the map, and its measures."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -44,7 +44,7 @@ def measure(seed: int, images: int) -> Mapping[str, Any]:
     return measure_table(table_of(seed), found, exact, seed) | {"seconds": seconds, "offset": found.table.offset, "normal": found.table.normal}  # fmt: skip
 
 
-def wanted(tables: int, images: int) -> dict[str, tuple[str, Make]]:
+def wanted(numbers: Iterable[int], images: int) -> dict[str, tuple[str, Make]]:
     """Every table by name, with the name of its file and what computes it."""
     mark = fingerprint({"images": images})[:6]
-    return {f"table {k}": (f"table/{k}-{mark}", partial(measure, k, images)) for k in range(tables)}
+    return {f"table {k}": (f"table/{k}-{mark}", partial(measure, k, images)) for k in numbers}

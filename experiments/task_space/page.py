@@ -8,14 +8,14 @@ import numpy as np
 
 from hrcjax.lab.case_store import Case
 
-from .config import TaskSpaceConfig
+from .config import FRESH, TaskSpaceConfig
 from .measures import COVER, TOUCH
 from .rows import BARS, WORDS, holds
 from .tables import LARGE, SMALL, TOUCHING
 
 HEAD = """# Task-space mapping
 
-Written by `python -m experiments.task_space --evaluate --input FRAMES --json FILE --page FILE`; do not edit. `--help` explains every option.
+Written by `python -m experiments.task_space --evaluate --fresh 100 --input FRAMES --json FILE --page FILE`; do not edit. `--help` explains every option.
 
 The Robotica paper's perception (section 2.2, figure 4): obstacles of a task space from RGB-D images, once, before the task. Depth images
 of a still table come in; out come the table's plane, every thing on it as a sphere, an upright column or an upright box, with standard
@@ -24,14 +24,15 @@ deviations, or kept as points, and the paper's grid of 1 (obstacle) and 0 (free)
 1. **Mean images.** Several images of one camera are averaged, pixel by pixel, about the median.
 2. **The table** is the highest large plane: points whose own normals agree with it vote, then least squares with Cauchy weights. Its
    residual says whether the noise is larger than assumed; all deviations are scaled by that.
-3. **Things** are what is above it: pixels that hang together in an image without a step in depth, and within one box or mask of a detector
+3. **Things** are what is above it, and what hangs together with that beyond its border, if it ends within 30 cm: pixels that hang together in an image without a step in depth, and within one box or mask of a detector
    if there is one (`Segmenter`: any function from a colour image to boxes, masks, names); parts of several images are one thing where they
    share cells of a grid of 1 cm.
 4. **Shapes.** Sphere, column and box are fitted by damped least squares. Residuals are the distances of the points from the surface, and how
    deep every ray along which something behind was seen would pass through the shape. The kind with the least sum, plus log n for every free
    number, is taken. So a shape is chosen by residual and by the free space that it would claim.
 5. **Things that touch** hang together; a group that no shape explains is cut where it is thinnest from above, or between points on and off the
-   best shape, and kept as two if two explain it better. What still has a residual over 1 cm, or claims more than a tenth of the free rays
+   best shape, and kept as two if two explain it better. Solids do not pass through each other: a thing whose shape does, and most of whose points lie
+   on the other's surface, hands them over. What still has a residual over 1 cm, or claims more than a tenth of the free rays
    about it, is kept as points; planner and grid take their upright box and the points.
 """
 EVALUATION = """
@@ -48,8 +49,8 @@ radius of the ball, or of the upright cylinder, about the thing; or if it is nea
 of its points with it. An instance that belongs to none is false. Covered is a thing all of whose 1500 surface points, also those that no
 camera saw and those on the table, lie within a shape or {cover:.0f} cm about it. A thing that a neighbour hides from both cameras counts as not found.
 
-Tables 0 to 19, and 38 and 40, were looked at while the mapping's numbers were chosen (when two shapes are tried, when parts are joined), so that figures of these
-tables alone say little of new ones. Tables from 100 on were not.
+Tables 0 to 19, 38, 40, 75 and 176, and 1000 to 1199, were looked at while the mapping was made, so that figures of these tables alone say little of new
+ones. Nobody has looked at the tables from {fresh} on{what}.
 
 {rows}
 
@@ -57,22 +58,29 @@ tables alone say little of new ones. Tables from 100 on were not.
 """
 
 
-def row_table(rows: Mapping[str, Mapping[str, Any]]) -> str:
-    """All rows with bars."""
-    lines = ["| row | value | unit | bar | what it measures |", "|---|---|---|---|---|"]
+def row_table(rows: Mapping[str, Mapping[str, Any]], fresh: Mapping[str, Mapping[str, Any]] | None = None) -> str:
+    """All rows with bars.
+
+    Args:
+        fresh: the same of the tables that nobody has looked at; none: no column of theirs.
+    """
+    sets = [rows, fresh] if fresh else [rows]
+    heads = ["row", "value", *([f"tables from {FRESH} on"] if fresh else []), "unit", "bar", "what it measures"]
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for name, entry in rows.items():
-        kept = holds(name, entry["value"])
+        found = [one[name]["value"] for one in sets]
+        kept = all(holds(name, value) for value in found)
         bar = "" if name not in BARS else f"{BARS[name][0]} {BARS[name][1]:g}" + ("" if kept else " (missed)")
-        value = "-" if math.isnan(entry["value"]) else f"{entry['value']:.3g}"
-        lines.append(f"| {name} | {value} | {entry['unit']} | {bar} | {WORDS[name]} |")
+        values = " | ".join("-" if math.isnan(value) else f"{value:.3g}" for value in found)
+        lines.append(f"| {name} | {values} | {entry['unit']} | {bar} | {WORDS[name]} |")
     return "\n".join(lines)
 
 
-def missed_table(cases: Sequence[Case]) -> str:
-    """Things that were not found, and those that were not covered whole."""
+def missed_table(numbered: Sequence[tuple[int, Case]]) -> str:
+    """Things that were not found, and those that were not covered whole, with the numbers of their tables."""
     names = ("sphere", "column", "box")
     lines = []
-    for k, case in enumerate(cases):
+    for k, case in numbered:
         for i in range(len(case["kind"])):
             found = case["match"][i] >= 0 or case["merged"][i]
             if found and case["covered"][i] >= 1:
@@ -94,19 +102,25 @@ def missed_table(cases: Sequence[Case]) -> str:
 
 
 def page(
-    rows: Mapping[str, Mapping[str, Any]], cases: Sequence[Case], config: TaskSpaceConfig, figures: Sequence[str], frames: str
+    rows: Mapping[str, Mapping[str, Any]], cases: Sequence[Case], config: TaskSpaceConfig, figures: Sequence[str], frames: str,
+    fresh: Mapping[str, Mapping[str, Any]] | None = None, others: Sequence[Case] = (),
 ) -> str:  # fmt: skip
     """A Markdown page.
 
     Args:
         figures: of the tables, their places from the page.
         frames: the part about recorded frames; "" if there are none.
+        fresh: rows of the tables that nobody has looked at.
+        others: and their measures.
     """
     text = HEAD
     if cases:
+        numbered = [*zip(config.numbers, cases, strict=False), *zip(config.fresh_numbers, others, strict=False)]
+        what = f": {len(others)} of them have a column of their own" if others else ""
         text += EVALUATION.format(
             tables=len(cases), small=100 * SMALL, large=100 * LARGE, touching=TOUCHING, images=config.images, touch=100 * TOUCH,
-            cover=100 * COVER, rows=row_table(rows), missed=missed_table(cases),
+            cover=100 * COVER, rows=row_table(rows, fresh), missed=missed_table(numbered),
+            fresh=FRESH, what=what,
         )  # fmt: skip
         text += "\n" + "\n\n".join(f"![{name}]({name})" for name in figures) + "\n"
     return text + frames

@@ -65,6 +65,11 @@ def share(of: NDArray) -> float:
     return 100 * float(of.mean()) if len(of) else math.nan
 
 
+def percentile(of: NDArray, at: float, factor: float = 1.0) -> float:
+    """A percentile times a factor; NaN: there are no values."""
+    return factor * float(np.percentile(of, at)) if len(of) else math.nan
+
+
 def all_rows(cases: Sequence[Case]) -> Rows:
     """All rows, over the tables."""
     has = together(cases, "match") >= 0
@@ -75,12 +80,10 @@ def all_rows(cases: Sequence[Case]) -> Rows:
 
     def whole(name: str) -> float:
         values = together(cases, name)[found]
-        values = values[np.isfinite(values)]
-        return 100 * float(np.mean(values >= 1)) if len(values) else math.nan
+        return share(values[np.isfinite(values)] >= 1)
 
     def over(name: str, at: float, factor: float = 1e3) -> float:
-        values = together(cases, name)[has]
-        return factor * float(np.percentile(values, at)) if len(values) else math.nan
+        return percentile(together(cases, name)[has], at, factor)
 
     middle = np.array([0.4, 0.5, 0.0])
     off = [abs(float(case["normal"] @ middle - case["offset"])) for case in cases]
@@ -95,7 +98,7 @@ def all_rows(cases: Sequence[Case]) -> Rows:
         "covered": row(whole("covered"), "%"), "covered_seen": row(whole("covered_seen"), "%"),
         "covered_unseen": row(whole("covered_unseen"), "%"),
         "covered_points": row(share(together(cases, "covered")[found]), "%"),
-        "worst_mm_p95": row(1e3 * np.percentile(together(cases, "worst")[found], 95), "mm"),
+        "worst_mm_p95": row(percentile(together(cases, "worst")[found], 95, 1e3), "mm"),
         "kind": row(share(kind == other), "%"), "as_points": row(share(other == -1), "%"),
         "deviations": row(over("normalised_error", 50, 1.0)),
         "table_mm": row(1e3 * max(off), "mm"), "table_deg": row(max(tilt), "deg"),

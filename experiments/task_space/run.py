@@ -27,7 +27,7 @@ def _check(config: TaskSpaceConfig) -> None:
     if not config.evaluate and not config.input:
         raise UsageError("nothing to do: give --evaluate, --input RECORDING, or both")
     at_least(config, 1, "tables", "images")
-    at_least(config, 0, "frames")
+    at_least(config, 0, "frames", "first", "fresh")
     check_outputs(config, "json", "page")
     if config.json and not config.evaluate:
         raise UsageError("--json needs --evaluate")
@@ -44,17 +44,22 @@ def run(config: TaskSpaceConfig) -> int:
     with locked_store(folder, mark, about, config.overwrite) as store:
         print(f"-> {folder}", file=sys.stderr, flush=True)
         cases: list[Case] = []
+        others: list[Case] = []
         rows: Rows = {}
+        fresh: Rows = {}
         names: list[str] = []
         if config.evaluate:
-            cases = list(collect(store, wanted(config.tables, config.images)).values())
-            rows = all_rows(cases)
-            write_rows(folder, config.json, {"task_space": rows})
+            every = list(collect(store, wanted((*config.numbers, *config.fresh_numbers), config.images)).values())
+            cases, others = every[: config.tables], every[config.tables :]
+            rows, fresh = all_rows(cases), all_rows(others) if others else {}
+            write_rows(folder, config.json, {"task_space": rows} | ({"task_space_fresh": fresh} if fresh else {}))
             names = _tables(store, cases, config)
             report("task_space", rows, holds)
+            if fresh:
+                report("task_space_fresh", fresh, holds)
         frames = map_input(config, folder) if config.input else []
         if config.page:
-            text = page(rows, cases, config, copy_figures(folder / FIGURES, config.page, names, "task-space"), frames_text(frames, copy_figures(folder / FIGURES, config.page, [f.figure for f in frames if f.figure], "task-space")))  # fmt: skip
+            text = page(rows, cases, config, copy_figures(folder / FIGURES, config.page, names, "task-space"), frames_text(frames, copy_figures(folder / FIGURES, config.page, [f.figure for f in frames if f.figure], "task-space")), fresh, others)  # fmt: skip
             write_bytes(config.page, text.encode())
     print(f"Took {duration(time.monotonic() - begin)}. Results: {folder}")
     return 0
@@ -75,7 +80,7 @@ def _tables(store: RunStore, cases: list[Case], config: TaskSpaceConfig) -> list
     place = store.folder / FIGURES
     place.mkdir(exist_ok=True)
     size_figure(place / "errors.png", cases)
-    most = int(np.argmax([len(case["kind"]) for case in cases]))
+    most = config.numbers[int(np.argmax([len(case["kind"]) for case in cases]))]
     found, _, _ = mapped(most, config.images)
     grid = obstacle_grid(found, 0.01, np.array([-0.25, 0.0]), np.array([1.05, 0.9]))
     write_grid(place, grid)

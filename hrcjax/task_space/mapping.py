@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from hrcjax.task_space.instances import Part, SplitParams, image_parts, join_parts
 from hrcjax.task_space.segmenter import Detection, Segmenter, no_segmenter, pixel_labels
@@ -28,7 +28,10 @@ class TaskSpaceParams(NamedTuple):
     least_height: float = 0.015
     """Lower things are not taken for obstacles [m]."""
     edge: float = 0.05
-    """How far beyond the outline of what is seen of the table things may be: a thing at its border hides the table behind it [m]."""
+    """How far beyond the outline of what is seen of the table things may begin: a thing at its border hides the table behind it [m]."""
+    overhang: float = 0.3
+    """How far beyond the outline a thing may reach that begins there: what reaches farther stands beside the table, as a wall does, and is cut
+    at `edge` [m]."""
 
 
 class Instance(NamedTuple):
@@ -90,13 +93,28 @@ def _instance(name: str, one: Explained, params: TaskSpaceParams) -> Instance:
 
 
 def above_table(view: View, table: Table, params: TaskSpaceParams) -> Bool[np.ndarray, "height width"]:
-    """Pixels of things on the table. The view is in the table's frame."""
+    """Pixels higher than the table, beside it too. The view is in the table's frame."""
     place = points(view)
     away = view.position - place
     fall = np.abs(away[..., 2]) / np.maximum(np.linalg.norm(away, axis=-1), 1e-9)
     height = place[..., 2]
     least = params.above + params.above_deviations * view.deviation * fall
-    return steady(view) & (height > least) & (height < params.ceiling) & inside(table.corners, place[..., :2], params.edge)  # fmt: skip
+    return steady(view) & (height > least) & (height < params.ceiling)
+
+
+def on_table(
+    view: View, table: Table, labels: Int[np.ndarray, "height width"], params: TaskSpaceParams
+) -> Bool[np.ndarray, "height width"]:
+    """Pixels of things on the table: those over it, and what hangs together with them beyond its border, as far as that ends within
+    `overhang`. The view is in the table's frame."""
+    above = above_table(view, table, params)
+    place = points(view)[..., :2]
+    near, reached = inside(table.corners, place, params.edge), inside(table.corners, place, params.overhang)
+    found = above & near
+    for part in image_parts(view, 0, above, labels, params.split):
+        if near.ravel()[part.pixels].any() and reached.ravel()[part.pixels].all():
+            found.ravel()[part.pixels] = True
+    return found
 
 
 def map_table(
@@ -121,11 +139,12 @@ def map_table(
     own = [turned(v, table.rotation, table.shift) for v in views]
     own = [v._replace(deviation=v.deviation * table.excess) for v in own]
     found = [[] if v.colour is None else segmenter(v.colour) for v in own]
+    labels = [pixel_labels(view.depth.shape, here) for view, here in zip(own, found, strict=True)]
     parts = [
         part
         for k, view in enumerate(own)
-        for part in image_parts(view, k, above_table(view, table, params), pixel_labels(view.depth.shape, found[k]), params.split)
-    ]  # fmt: skip
+        for part in image_parts(view, k, on_table(view, table, labels[k], params), labels[k], params.split)
+    ]
     flat = [points(view).reshape(-1, 3) for view in own]
     places = [flat[part.view][part.pixels] for part in parts]
     things: list[Explained] = []

@@ -2,7 +2,7 @@
 
 Residuals, each over its standard deviation: the signed distance of every measured point; how deep every ray along which free
 space was seen would pass through the shape; for a thing seen down to the table, the height of its lower end; and weakly its
-size against the extent of the points, as a side that nobody saw is bounded by nothing else.
+size and middle against the extent of the points, as a side that nobody saw is bounded by nothing else.
 """
 
 from functools import partial
@@ -37,7 +37,7 @@ class FitParams(eqx.Module):
     stand: float = 0.002
     """Standard deviation of the lower end of a thing that stands on the table [m]."""
     size: float = 0.05
-    """Standard deviation of sizes about the extent of the points [m]."""
+    """Standard deviation of sizes and of the centre about the extent of the points [m]."""
     robust: float = 3.0
     """Residuals over this count less, by Cauchy's law [1]."""
 
@@ -149,12 +149,12 @@ def _parts(kind: int, params: FitParams, seen: Evidence, u: Array, start: Array)
     on = jnp.where(seen.mask, jax.vmap(distance)(seen.points) / sigma, 0)
     deepest = jax.vmap(lambda a, b: segment_convex_distance(a, b, distance, steps=14))(seen.begin, seen.end)
     through = jnp.where(seen.free, jnp.maximum(-deepest, 0) / params.ray, 0)
-    _, first, _ = solid_of(kind, start)
+    place, first, _ = solid_of(kind, start)
     lower = center[2] - size[2]
     held = jnp.where(seen.stands, 1 / params.stand, 1 / params.size)
     # a sphere rests on the table or is above it
     standing = jnp.where(seen.stands, lower, jnp.minimum(lower, 0)) * held
-    rest = jnp.concatenate([(size - first) / params.size, standing[None]])
+    rest = jnp.concatenate([(size - first) / params.size, (center - place) / params.size, standing[None]])
     return on, through, rest
 
 

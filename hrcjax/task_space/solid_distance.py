@@ -7,6 +7,10 @@ from hrcjax.world.scene import BOX, SPHERE
 
 POINTS = -1
 """Kind of a thing that no shape explains: kept as points, solid as its upright box."""
+Solid = tuple[int, np.ndarray, np.ndarray, float]
+"""Kind, centre [m], half extents [m] and turn about the vertical [rad]."""
+GRID = 25
+"""Places along every axis at which `common_depth` looks."""
 
 
 def solid_distances(
@@ -25,3 +29,25 @@ def solid_distances(
         excess = np.stack([np.hypot(offset[:, 0], offset[:, 1]) - size[0], over])
     deepest = excess.max(0)
     return np.where(deepest > 0, np.linalg.norm(np.maximum(excess, 0), axis=0), deepest)
+
+
+def common_depth(one: Solid, other: Solid) -> float:
+    """How far two solids pass through each other: the diameter of the largest ball within both, to a part in `GRID` of the overlap of
+    their upright bounding boxes; 0: they do not [m]."""
+    lower, upper = np.stack([_bounds(one), _bounds(other)], axis=1)
+    low, high = lower.max(0), upper.min(0)
+    if np.any(high <= low):
+        return 0.0
+    axes = np.linspace(low, high, GRID).T
+    place = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    return 2 * max(0.0, float(-np.maximum(solid_distances(*one, place), solid_distances(*other, place)).min()))
+
+
+def _bounds(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coordinates [m]."""
+    kind, center, size, yaw = solid
+    half = np.asarray(size, float)
+    if kind in (BOX, POINTS):
+        c, s = abs(np.cos(yaw)), abs(np.sin(yaw))
+        half = np.array([c * half[0] + s * half[1], s * half[0] + c * half[1], half[2]])
+    return center - half, center + half

@@ -5,6 +5,7 @@ is cut where it is thinnest, or between the points on the best shape and those o
 group better than one.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from hrcjax.task_space.choice import best_shape
 from hrcjax.task_space.evidence import evidence
 from hrcjax.task_space.instances import Part, SplitParams
 from hrcjax.task_space.shape_fit import OFF, Evidence, FitParams, Fitted
-from hrcjax.task_space.solid_distance import solid_distances
+from hrcjax.task_space.solid_distance import Solid, common_depth, solid_distances
 from hrcjax.task_space.view import View
 
 ANGLES = 24
@@ -53,6 +54,11 @@ def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params
     return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1))
 
 
+def _score(things: Sequence[Explained]) -> float:
+    """Criterion of several things for each of their points [1]."""
+    return float(np.average([one.score for one in things], weights=[len(one.place) for one in things]))
+
+
 def thin_places(place: Float[np.ndarray, "point 3"], count: int) -> list[tuple[Float[np.ndarray, "2"], float]]:
     """Upright planes, normal . (x, y) = offset, about which there are fewest points, and an eighth on either side at least; best
     first, each of another direction."""
@@ -85,11 +91,13 @@ def _sides(parts: list[Part], side: list[np.ndarray], least: int) -> tuple[list[
     return tuple([p for p in half if len(p.pixels) >= max(least // 3, 1)] for half in (first, second))  # pyright: ignore[reportReturnType]  # two
 
 
+def _solid(one: Explained) -> Solid:
+    return one.kind, np.asarray(one.fit.center), np.asarray(one.fit.size), float(one.fit.yaw)
+
+
 def _from(one: Explained, place: np.ndarray) -> np.ndarray:
     """Distances of points from the surface of a shape [m]."""
-    return np.abs(
-        solid_distances(one.kind, np.asarray(one.fit.center), np.asarray(one.fit.size), float(one.fit.yaw), place)
-    )
+    return np.abs(solid_distances(*_solid(one), place))
 
 
 def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams) -> list[np.ndarray]:
@@ -118,8 +126,7 @@ def _as_two(
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
                 break
             two = tuple(_fitted(views, half, flat, params) for half in halves)
-            counts = [len(t.place) for t in two]
-            score = float(np.average([t.score for t in two], weights=counts))
+            score = _score(two)
             if score < least:
                 best, least = two, score
             near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
@@ -173,17 +180,16 @@ def rejoin(
         a, b = (every[k] for k in pair)
         tried.append((a, b))
         one = _fitted(views, a.parts + b.parts, flat, params)
-        apart = float(np.average([a.score, b.score], weights=[len(a.place), len(b.place)]))
-        if one.score <= split.alike * apart and not _poor(views, one, flat, params, split):
+        if one.score <= split.alike * _score((a, b)) and not _poor(views, one, flat, params, split):
             every = [other for k, other in enumerate(every) if k not in pair] + [one]
 
 
 def hand_over(
     views: list[View], every: list[Explained], flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> list[Explained]:
-    """The same things, but for those most of whose points lie on the surface of a better explained neighbour: an image may join a small
-    thing with a part of the one behind it, and a shape about both would pass through the other. The neighbour gets these points, and what is
-    left has a shape of its own, where there is one.
+    """The same things, but for those that pass through a better explained neighbour, which solids cannot, and most of whose points lie on
+    its surface: an image may join a small thing with a part of the one behind it, and a shape about both passes through the other. The
+    neighbour gets these points, and what is left has a shape of its own, where there is one and it passes through less.
 
     Args:
         flat: points of all pixels of every view [m].
@@ -192,6 +198,9 @@ def hand_over(
     for i, j in _near_pairs(every, split):
         poorer, better = sorted((i, j), key=lambda k: -every[k].score)
         a, b = every[poorer], every[better]
+        through = common_depth(_solid(a), _solid(b))
+        if through <= OFF * float(params.model):
+            continue  # side by side, as solids can be: near the neighbour's surface is what faces it
         stays = []
         for part in a.parts:
             place, spread = flat[part.view][part.pixels], views[part.view].deviation.ravel()[part.pixels]
@@ -201,7 +210,7 @@ def hand_over(
         if left < split.least_pixels or left > len(a.place) / 2:
             continue
         two = _fitted(views, own, flat, params), _fitted(views, b.parts + given, flat, params)
-        if all(shaped(one, split) for one in two):
+        if all(shaped(one, split) for one in two) and common_depth(*map(_solid, two)) < through:
             every[poorer], every[better] = two
     return every
 

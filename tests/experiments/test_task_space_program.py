@@ -9,6 +9,7 @@ from PIL import Image
 from experiments.sweep.config import parse as parse_sweep
 from experiments.task_space.__main__ import main
 from experiments.task_space.config import parse
+from experiments.task_space.evaluate import wanted
 from experiments.task_space.figures import grid_image
 from experiments.task_space.measures import measure_table, size_error
 from experiments.task_space.page import page
@@ -105,6 +106,26 @@ def test_rows_and_page() -> None:
     )
     text = page(rows, cases, parse(["--evaluate"]), ["f.png"], "")
     assert "| 1 | sphere | 10 x 10 x 10 |" in text and "(missed)" in text and "| 1 | false |" in text
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("found", [[], [instance(SPHERE, (0.0, 0.0, 0.05), BALL.size)]])
+def test_where_nothing_was_found_rows_are_no_numbers(found: list[Instance]) -> None:
+    case = measured(found, [BALL]) | {"seconds": 1.0, "offset": 0.001, "normal": FLAT.normal}
+    rows = all_rows([{name: np.asarray(value) for name, value in case.items()}])
+    assert rows["found"]["value"] == 0 and rows["false"]["value"] == 100 * len(found)
+    assert all(np.isnan(rows[name]["value"]) for name in ("found_seen", "covered", "covered_points", "worst_mm_p95", "size_mm", "kind"))  # fmt: skip
+    assert holds("covered", rows["covered"]["value"]) is False
+
+
+def test_tables_have_their_numbers_and_fresh_ones_a_column() -> None:
+    config = parse(["--evaluate", "--first", "75", "--tables", "1", "--fresh", "1"])
+    assert list(wanted((*config.numbers, *config.fresh_numbers), 16)) == ["table 75", "table 2000"]
+    case = measured([], [BALL]) | {"seconds": 1.0, "offset": 0.001, "normal": FLAT.normal}
+    cases = [{name: np.asarray(value) for name, value in case.items()}]
+    text = page(all_rows(cases), cases, config, [], "", all_rows(cases), cases)
+    assert "| 75 | sphere |" in text and "| 2000 | sphere |" in text
+    assert "| row | value | tables from 2000 on | unit |" in text and "| found | 0 | 0 | % | >= 95 (missed) |" in text
 
 
 def test_the_grid_as_a_picture_has_y_upwards() -> None:

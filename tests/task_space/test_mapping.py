@@ -20,7 +20,10 @@ from hrcjax.task_space import (
     solid_distances,
 )
 from hrcjax.task_space.instances import SplitParams, image_parts, join_parts
+from hrcjax.task_space.mapping import TaskSpaceParams
 from hrcjax.task_space.segmenter import Detection, pixel_labels
+from hrcjax.task_space.shape_fit import FitParams
+from hrcjax.task_space.solid_distance import common_depth
 from hrcjax.task_space.split import thin_places
 from hrcjax.task_space.view import turned
 from hrcjax.world import obstacle_distances, robotica
@@ -52,11 +55,15 @@ def test_things_have_their_kind_place_and_size() -> None:
         if o.kind == BOX and round((one.yaw - o.yaw) / (np.pi / 2)) % 2:
             other = other[[1, 0, 2]]
         np.testing.assert_allclose(other, o.size, atol=0.004)
-        assert (
-            np.all((one.center_deviation > 0) & (one.center_deviation < 0.06))
-            and one.residual < 0.004
-            and one.claimed < 0.02
-        )
+        assert one.residual < 0.004 and one.claimed < 0.02
+        known = (one.center_deviation > 0) & (one.center_deviation < 0.003)
+        if o is THINGS[3]:
+            # Both cameras stand at y = -0.2, and its far side looks along y: no point lies there, and the rays past it keep off. So only
+            # what is assumed of its size and place bounds it: 5 cm each, of which a known front leaves the root of one half.
+            assert known.tolist() == [True, False, True]
+            assert one.center_deviation[1] == pytest.approx(FitParams().size / np.sqrt(2), rel=0.02)
+        else:
+            assert known.all()
 
 
 def test_the_table_is_the_top_and_not_the_floor() -> None:
@@ -171,3 +178,47 @@ def test_a_thing_at_the_border_of_what_is_seen_is_whole() -> None:
     corners[:, 0] = np.maximum(corners[:, 0], near[1] + 0.02)  # the table's points end within the box
     one = map_table(views, UP, table=table._replace(corners=corners)).instances[0]
     np.testing.assert_allclose(one.center, THINGS[1].center, atol=0.004)
+
+
+def test_a_thing_that_mostly_hangs_over_the_border_is_whole_and_a_wall_beside_the_table_is_cut() -> None:
+    views, o = views_of([THINGS[1]]), THINGS[1]
+    table = find_table(views, UP)
+    corners = table.corners.copy()
+    corners[:, 0] = np.maximum(corners[:, 0], o.center[0] + 0.08)  # beyond the box: only a corner of it is within 5 cm
+    cut = table._replace(corners=corners)
+    one = map_table(views, UP, table=cut).instances[0]
+    assert one.kind == BOX
+    np.testing.assert_allclose(one.center, o.center, atol=0.004)
+    np.testing.assert_allclose(np.sort(one.size), np.sort(o.size), atol=0.004)
+    beside = map_table(views, UP, TaskSpaceParams(overhang=0.06), table=cut).instances  # it reaches 14 cm beyond
+    assert all(i.points[:, 0].min() > o.center[0] + 0.08 - 0.05 - 1e-3 for i in beside)
+
+
+def test_neighbours_near_each_other_keep_their_points() -> None:
+    """Half of a small column's points are within five deviations of the ball beside it; but the two do not pass through each other."""
+    column = Obstacle(COLUMN, (0.2523, 0.4634, 0.02), (0.0161, 0.0161, 0.02), 0.0, 0.0161)
+    ball = Obstacle(SPHERE, (0.296, 0.4681, 0.0259), (0.0259, 0.0259, 0.0259), 0.0, 0.0259)  # 2 mm beside it
+    scene = make_scene([column, ball], (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0.0,) * 3, (1.0,) * 3)
+    cameras = cell_rig(scene, hand=False, decimation=1).cameras
+    found = map_table(simulated_views(cameras, scene, jax.random.key(2), 16), UP).instances
+    assert sorted(one.kind for one in found) == [SPHERE, COLUMN]
+    for o in (column, ball):
+        one = min(found, key=lambda i: np.linalg.norm(i.center - o.center))
+        np.testing.assert_allclose(one.center, o.center, atol=0.003)
+        np.testing.assert_allclose(one.size, o.size, atol=0.003)
+
+
+def test_how_far_solids_pass_through_each_other() -> None:
+    """The largest ball within both: of two balls r1 + r2 - d, of boxes the least overlap, of a ball within a box its diameter."""
+
+    def ball(x: float, r: float):
+        return SPHERE, np.array([x, 0.0, 0.0]), np.full(3, r), 0.0
+
+    box = BOX, np.array([0.0, 0.0, 0.0]), np.array([0.05, 0.04, 0.03]), 0.0
+    assert common_depth(ball(0.0, 0.05), ball(0.06, 0.03)) == pytest.approx(0.02, abs=0.001)
+    assert common_depth(ball(0.0, 0.05), ball(0.081, 0.03)) == 0
+    assert common_depth(box, ball(0.0, 0.02)) == pytest.approx(0.04, abs=0.002)
+    turned_box = BOX, np.array([0.08, 0.0, 0.0]), np.array([0.03, 0.04, 0.03]), np.pi / 2
+    assert common_depth(box, turned_box) == pytest.approx(0.01, abs=0.001)  # 5 - (8 - 4) cm along x
+    column = COLUMN, np.array([0.0, 0.0, 0.05]), np.array([0.02, 0.02, 0.03]), 0.0
+    assert common_depth(column, box) == common_depth(box, column) == pytest.approx(0.01, abs=0.001)
