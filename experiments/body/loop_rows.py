@@ -32,7 +32,7 @@ PER_VARIANT = {
 }
 """What a row measures, of each variant."""
 DEFINITIONS = {
-    "loop_people": "people, each a whole episode beside them in every variant; other rows of the loop are of those without jumps",
+    "loop_people": "episodes, each beside one person, in every variant; other rows of the loop are of those without jumps",
     "stopped_time_ratio": "time in a stop with all of the body over that without, where no head is watched",
     "stopped_time_ratio_speed": "the same with measured speeds and regions over assumed ones, the head watched in neither: what measured speeds bring",
     "stopped_time_ratio_head": "the same of the stop near the head alone",
@@ -102,7 +102,7 @@ def variant_rows(cases: Sequence[Case], variant: str) -> Rows:
 def loop_rows(cases: Mapping[str, Case]) -> Rows:
     """All rows of the loop."""
     some = [case for case in cases.values() if case["clean"]]
-    rows: Rows = {"loop_people": row(len(cases), "people")}
+    rows: Rows = {"loop_people": row(len(cases), "episodes")}
     if not some:
         return rows
     stopped = {variant: _stopped(some, k) for k, variant in enumerate(VARIANTS)}

@@ -24,7 +24,7 @@ capsules of the person are for the measures alone. Research software, not safety
   unknowns with a memory, so that they are learnt over frames.
 * **A frame**: prediction by constant velocity, six steps of Levenberg-Marquardt on the distances of points to the nearest capsule with
   Geman and McClure's weights, correction as Kalman's filter. The covariance is that of the normal equations. An arm whose points nobody
-  explains is tried elsewhere. Where a track is young, or explains less than 90 % of the points, two other
+  explains is tried elsewhere, by these points and by its own. Where a track is young, or explains less than 90 % of the points, two other
   bodies are fitted beside it, from first guesses over three frames; then the better one by points and priors stays.
 * **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round.
 * **Speeds** count where the track is older than 1 s, in which other bodies are still tried, explains 85 % of the points, and every part that may be the nearest is seen and

@@ -11,6 +11,8 @@ from hrcjax.body import BodyParams
 from hrcjax.body.state import settled
 from hrcjax.lab.case_store import Case
 
+from .truth import ASSUMED
+
 Rows = dict[str, dict[str, Any]]
 Cases = Mapping[str, Mapping[str, Case]]
 """Tracker -> person -> what is measured."""
@@ -26,7 +28,7 @@ ALL_BARS = BARS | dict.fromkeys(
 )
 """The same of all parts."""
 DEFINITIONS = {
-    "people": "people, each an episode of images of two cameras in turn; all other rows but one are of those without jumps of over 8 m/s",
+    "people": "episodes, each of one person in images of two cameras in turn; all other rows but one are of those without jumps of over 8 m/s",
     "tracked_share": "images with points of at least 20 voxels in which there is a track",
     "visible_error": "distance to the fitted part's surface of places on the exact arms and hands that a camera sees in this image or the last",
     "whole_error": "the same of all places on their outside, seen or not, inside the box that is looked at",
@@ -40,7 +42,8 @@ DEFINITIONS = {
     "sure_share": "images in which speed and region are sure, of those with a track",
     "speed_error": "error of the measured speed towards the arm, where sure",
     "point_speed_error": "the same of the nearest point's distance two images before and now",
-    "speed_over_share": "images in which the person comes faster than the bound v_h, where sure, within the reaction time and the image after, of those where the bound is less than what is assumed anyway",
+    "speed_over_share": "images in which the person comes faster than the bound v_h within the reaction time and the image after; of those where the track is sure and the bound is less than what is assumed anyway",
+    "speed_over_share_all": "the same of all sure images: people faster than the 1.6 m/s that are assumed count too, of whom no bound says more",
     "speed_bound": "the bound v_h where sure; assumed is 1.6 m/s",
     "speed_sigma_ratio": "error of the speed towards the arm over the standard deviation that is told of it, of all parts that are known in sure tracks; root mean square: 1 where it is honest",
     "speed_within_2_sigma": "share of them within 2 standard deviations; 0.954 of a normal distribution",
@@ -56,10 +59,6 @@ WAYS = {
     "_fixed": "; lengths and radii are not learnt, of the first people",
     "_same": "; the tracker itself, of the same first people",
 }
-
-
-ASSUMED = 1.6
-"""Speed of a person who is not measured (ISO 13855) [m/s]."""
 
 
 def row(value: Any, unit: str = "1") -> dict[str, Any]:
@@ -122,14 +121,15 @@ def unnoticed(case: Case) -> int:
 
 
 def exchanges(case: Case, of: NDArray | None = None) -> int:
-    """Times that left and right change within a track.
+    """Times that left and right change within a track, from one of the images to the next of them.
 
     Args:
-        of: images before which they count; None: all.
+        of: images that count; None: those with a track.
     """
-    goes_on = case["tracked"][1:] & case["tracked"][:-1] & (case["age"][1:] > case["age"][:-1])
-    goes_on = goes_on if of is None else goes_on & of[:-1]
-    return int((goes_on & (case["exchanged"][1:] != case["exchanged"][:-1])).sum())
+    some = np.flatnonzero(case["tracked"] if of is None else of & case["tracked"].astype(bool))
+    begun = np.cumsum(~case["tracked"].astype(bool) | (np.diff(case["age"], prepend=-1.0) <= 0))  # number of the track
+    same = begun[some[1:]] == begun[some[:-1]]
+    return int((same & (case["exchanged"][some[1:]] != case["exchanged"][some[:-1]])).sum())
 
 
 def track_rows(cases: Mapping[str, Case], end: str = "") -> Rows:
@@ -168,7 +168,9 @@ def speed_rows(cases: Mapping[str, Case]) -> Rows:
         rows["region_right_sure"] = row(right[sure].mean())
         rows |= _quantiles("speed_error", np.abs(found["speed"] - found["true_speed"])[sure], "m/s", 1.0)
         rows |= _quantiles("point_speed_error", np.abs(found["point_speed"] - found["true_speed"])[sure], "m/s", 1.0)
-        rows["speed_over_share"] = row((over & (found["bound"] < ASSUMED))[sure].mean())
+        less = sure & (found["bound"] < ASSUMED)
+        rows["speed_over_share"] = row(over[less].mean() if less.any() else 0.0)
+        rows["speed_over_share_all"] = row(over[sure].mean())
         rows |= _quantiles("speed_bound", found["bound"][sure], "m/s", 1.0)
     return rows | deviation_rows(cases)
 
@@ -199,7 +201,7 @@ def deviation_rows(cases: Mapping[str, Case]) -> Rows:
 
 def all_rows(cases: Cases) -> Rows:
     """Every row, in the order of the page."""
-    rows: Rows = {"people": row(len(cases["full"]) if "full" in cases else 0, "people")}
+    rows: Rows = {"people": row(len(cases["full"]) if "full" in cases else 0, "episodes")}
     for variant, everybody in cases.items():
         some = {name: case for name, case in everybody.items() if case["clean"]}
         wild = [unnoticed(case) for case in everybody.values() if not case["clean"]]

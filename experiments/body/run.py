@@ -4,7 +4,7 @@ import sys
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -42,17 +42,15 @@ def _check(config: BodyConfig) -> None:
 
 
 class _Images:
-    """The images of everybody with one seed, rendered when they are asked for; those of the last person are kept."""
+    """Everybody's images, rendered when they are asked for; those of the last person are kept."""
 
-    def __init__(self, seconds: float, seed: int) -> None:
-        self._bench = Bench(seconds, seed)
-        self._last: tuple[str, dict[str, Any]] | None = None
+    def __init__(self, seconds: float) -> None:
+        self._bench = cache(lambda seed: Bench(seconds, seed))
+        self._seen = lru_cache(maxsize=1)(lambda name, seed: with_places(self._bench(seed).seen(name)))
 
-    def measured(self, name: str, variant: str) -> Mapping[str, Any]:
+    def measured(self, name: str, variant: str, seed: int) -> Mapping[str, Any]:
         """What is stored of a person with one tracker."""
-        if self._last is None or self._last[0] != name:
-            self._last = name, with_places(self._bench.seen(name))
-        return measured(self._last[1], variant)
+        return measured(self._seen(name, seed), variant)
 
 
 def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
@@ -60,7 +58,7 @@ def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
 
     people = with_recordings(config.people, config.recordings)
     found: dict[str, tuple[str, Make]] = {}
-    loop = LoopBench(config.seconds)
+    loop, images = LoopBench(config.seconds), _Images(config.seconds)
     for seed in range(config.seed, config.seed + config.seeds):
         mark = fingerprint({"seconds": config.seconds, "seed": seed})[:6]
         end = "" if seed == config.seed else f", seed {seed}"
@@ -70,12 +68,11 @@ def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
                 found[f"loop/{Path(name).stem}{end}"] = (file, partial(loop.case, name, seed))
         if "track" not in config.parts:
             continue
-        images = _Images(config.seconds, seed)
         for k, name in enumerate(people):
             compared = k < config.compared and seed == config.seed
             for variant in config.variants if compared else config.variants[:1]:
                 file = f"{variant}/{person_key(name)}-{mark}"
-                found[f"{variant}/{Path(name).stem}{end}"] = (file, partial(images.measured, name, variant))
+                found[f"{variant}/{Path(name).stem}{end}"] = (file, partial(images.measured, name, variant, seed))
     return found
 
 

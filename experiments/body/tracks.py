@@ -27,9 +27,9 @@ from hrcjax.cells.people import FASTEST
 from hrcjax.numerics import unrolled_options
 from hrcjax.typing import Array
 
-from .rows import ASSUMED
 from .truth import (
     ARM_PARTS,
+    ASSUMED,
     approach_speeds,
     arm_axis_points,
     arm_places,
@@ -139,7 +139,7 @@ def wrong_images(seen: dict[str, NDArray], fit: BodyFit) -> NDArray:
     What cameras see takes long to find, so that it is asked where enough places are far off, seen or not.
     """
     wrong = np.zeros(len(seen["stamps"]), bool)
-    sure = settled(USUAL, fit.tracked, fit.age, fit.explained)
+    sure = np.asarray(settled(USUAL, *(jnp.asarray(a) for a in (fit.tracked, fit.age, fit.explained))))
     for f in np.flatnonzero(sure).tolist():
         places, outside = outside_places(seen, f)
         off = surface_errors(fit, np.asarray([f]), places[None])[0] > FAR_OFF

@@ -7,6 +7,8 @@ from hrcjax.body import PARTS
 
 ARM_PARTS = (4, 5, 6, 7, 8, 9)
 """Upper arms, forearms and hands, left and right in turn."""
+ASSUMED = 1.6
+"""Speed of a person who is not measured (ISO 13855) [m/s]."""
 PLACES = 40
 """Places on every part."""
 BOX = ((-2.0, -2.0, 0.03), (2.0, 2.0, 1.3))

@@ -11,8 +11,8 @@ from hrcjax.sim import PlaceParams
 from .config import PointingConfig
 from .posture import BEND
 from .rows import BARS, Case, definition, holds
-from .trials import KINDS
-from .watch import RATE, WORLD_ERROR
+from .trials import KINDS, THICKNESS
+from .watch import RATE, WATCHES, WORLD_ERROR
 
 HEAD = """# Places chosen by pointing
 
@@ -40,8 +40,8 @@ so that the arm tells less of a finger than its own landmarks do, and is not use
 `world` is the line by the plain model in space of a detector, whose landmarks err by {world:.1%} of the palm's size (Zhang et al. 2020, *MediaPipe
 Hands: On-device real-time hand tracking*), placed at the wrist's depth in one camera.
 
-No trial is one that a person could not do: arm and hand keep out of the rest of the body, the exact capsules of both, and the wrist bends by
-{bend:g} degrees at most (`experiments/pointing/posture.py`).
+Arm and hand keep out of the rest of the body, the exact capsules of both, and the wrist bends by {bend:g} degrees at most
+(`experiments/pointing/posture.py`); how far it bends sideways, and what other joints allow, is not asked.
 
 A place is refused (`hrcjax/sim/chosen_place.py`) if nothing is met, if it is known worse than {unsure:g} m along the worst direction, if the arm does
 not reach it with the tool down, {above:g} m above the surface along its normal, or if the tool has no room there.
@@ -143,7 +143,12 @@ def _told_wrong(rows: Mapping[str, Mapping[str, Any]]) -> str:
     usual = _values(rows, "ray_p50_1m", "ray_angle_p50", "coverage_finger", "ray_marks_share")
     if usual is None or any(own is None for own in found):
         return ""
-    kinds = zip(("as told", "20 % thicker", "20 % thinner", "errors 1.5 times as large"), (usual, *found), strict=True)
+    thickness = (
+        f"{100 * abs(THICKNESS[k] - 1):.0f} % {word}" for k, word in (("thick", "thicker"), ("thin", "thinner"))
+    )
+    kinds = zip(
+        ("as told", *thickness, f"errors {WATCHES['noisy'].noise:g} times as large"), (usual, *found), strict=True
+    )
     table = "\n".join(
         f"| {name} | {own[0]:.1f} cm | {own[1]:.2f} deg | {own[2]:.0%} | {own[3]:.0%} |" for name, own in kinds if own
     )
@@ -159,7 +164,8 @@ depths err. The same fingers, otherwise than told; medians at 0.8 to 1.2 m, angl
 
 The radius is an unknown of the fit, so that a wrong one is found from the outline. Landmarks that err more than told would make a fit that is right
 look as if it contradicted them; their limit is therefore taken from how badly they fit a finger of their own, where that is
-worse than told, up to {FingerParams().worse:g} times their variance (`finger_axis.py`). What is told of a place does not grow by it.
+worse than told, up to {FingerParams().worse:g} times their variance (`finger_axis.py`): the square of the factor here, so that this row says nothing of
+larger errors. What is told of a place does not grow by it. Few trials are so near to 1 m that their median counts: smaller differences between kinds are chance.
 """
 
 
@@ -175,7 +181,7 @@ def _coverage(rows: Mapping[str, Mapping[str, Any]]) -> str:
 
 Two standard deviations along the worst direction would cover 95 % of errors that are normal. They cover {whole} of all places, {tip} of tips,
 {finger} of fingers, {arm} of arms, and {same} of those on the solid that was meant: {other} of the fingers' places lie on another.
-Tips are told too cautiously: along the normal the surface's {100 * PointingParams().surface:g} cm count at least, and across it the gap between tip and map, as at an edge
+Of tips, along the normal the surface's {100 * PointingParams().surface:g} cm count at least, and across it the gap between tip and map, as at an edge
 nothing says in which direction the map is off.
 """
 

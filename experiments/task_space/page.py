@@ -50,7 +50,7 @@ of its points with it. An instance that belongs to none is false. Covered is a t
 camera saw and those on the table, lie within a shape or {cover:.0f} cm about it. A thing that a neighbour hides from both cameras counts as not found.
 
 Tables 0 to 19, 38, 40, 75 and 176, and 1000 to 1199, were looked at while the mapping was made, so that figures of these tables alone say little of new
-ones. Nobody has looked at the tables from {fresh} on{what}.
+ones. Nobody had looked at the tables from {fresh} on when these numbers were measured{what}.
 
 {rows}
 

@@ -13,7 +13,7 @@ from hrcjax.lab.progress import duration
 from hrcjax.lab.provenance import LOADED_CODE, as_asked, fingerprint, program_digests, provenance
 from hrcjax.lab.rows import report, write_rows
 
-from .config import TaskSpaceConfig
+from .config import FRESH, TaskSpaceConfig
 from .evaluate import wanted
 from .page import page
 from .recorded import check_input, frames_text, map_input
@@ -28,6 +28,9 @@ def _check(config: TaskSpaceConfig) -> None:
         raise UsageError("nothing to do: give --evaluate, --input RECORDING, or both")
     at_least(config, 1, "tables", "images")
     at_least(config, 0, "frames", "first", "fresh")
+    both = sorted(set(config.numbers) & set(config.fresh_numbers))
+    if both:
+        raise UsageError(f"--first, --tables and --fresh: table {both[0]} is among both; fresh tables begin at {FRESH}")
     check_outputs(config, "json", "page")
     if config.json and not config.evaluate:
         raise UsageError("--json needs --evaluate")

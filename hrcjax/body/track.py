@@ -5,12 +5,12 @@ import jax
 import jax.numpy as jnp
 
 from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
-from hrcjax.body.guess import EVERY, FRONT, farthest_hand, guess_bodies, poles, reaching_arm
+from hrcjax.body.guess import EVERY, FRONT, KINDS, farthest_hand, guess_bodies, poles, reaching_arm
 from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
 from hrcjax.body.motion import averaged_scatter, corrected, predict
 from hrcjax.body.params import BodyParams
 from hrcjax.body.priors import Landmarks, frame_of
-from hrcjax.body.skeleton import HIP, LEFT, NECK_BASE, PARTS, RADIUS_NAMES, RIGHT
+from hrcjax.body.skeleton import ARMS, HIP, LEFT, NECK_BASE, PARTS, RADIUS_NAMES, RIGHT
 from hrcjax.body.state import KNOWN, PLACES, SHAPE, BodyFit, BodyState, initial_body
 from hrcjax.body.surface import Near
 from hrcjax.geom.cloud import Cloud
@@ -22,15 +22,15 @@ MUCH = 0.15
 """Share of its cost by which another body must be better to replace one, besides `BodyParams.better` [1]."""
 LOOSE = 1.0
 """Information about every joint of a first guess [1/m^2]."""
-ARM_PARTS = ((4, 6, 8), (5, 7, 9))
-"""Upper arm, forearm and hand, left and right."""
+ARM_STEPS = 4
+"""Steps of an arm that is tried elsewhere: what is found is fitted further in the next frame."""
 LEFT_OVER = 4.0
 """Points that no part explains with which an arm is looked for elsewhere [1]."""
 FACING = 2.0
 """Weight of the evidence of where a first guess faces [1]."""
 ANYWHERE = 0.3
 """Standard deviation of the joints of a first guess [m]."""
-ORDER = (*FRONT, *EVERY[:13], *FRONT, *EVERY[13:])
+ORDER = (*FRONT, *EVERY[: len(KINDS)], *FRONT, *EVERY[len(KINDS) :])
 """Order in which first guesses are tried: those that face the robot, as people mostly do, three times as often."""
 UNKNOWN_SPEED = 1.0
 """The same of their speeds [m/s]."""
@@ -161,11 +161,11 @@ def _follow(
     """A frame of a track."""
     predicted = predict(params, state, dt)
     problem = _problem(params, predicted, cloud, dt, landmarks)
-    known, value, near = fit_body(params, problem, problem.before, params.iterations)
+    known, _, near = fit_body(params, problem, problem.before, params.iterations)
     left_over = cloud.mask & (near.distance > params.doubt)
 
     def elsewhere() -> tuple[Array, Near]:
-        return _arm_elsewhere(params, problem, known, value, near, left_over)
+        return _arm_elsewhere(params, problem, known, near, left_over)
 
     enough = jnp.sum(left_over, dtype=cloud.points.dtype) >= LEFT_OVER
     known, near = jax.lax.cond(enough, elsewhere, lambda: (known, near))
@@ -181,38 +181,51 @@ def _follow(
 
 
 def _arm_elsewhere(
-    params: BodyParams, problem: Problem, known: Array, value: Array, near: Near, left_over: Bool[Array, "point"]
+    params: BodyParams, problem: Problem, known: Array, near: Near, left_over: Bool[Array, "point"]
 ) -> tuple[Array, Near]:
-    """The fit, or one with an arm elsewhere, if that explains more: the arm with which the cost is lower at once.
+    """The fit, or one with an arm elsewhere, if that explains more.
 
-    The hand is put to the farthest of the points that nothing explains; or of these and the arm's own, as an upper arm may lie where the
-    whole arm is. What an arm was before counts against it no more than `ANYWHERE`.
+    The hand is put to the farthest of the points that nothing explains; and to the farthest of these and the arm's own, as an upper arm may
+    lie where the whole arm is. Of both ways the arm with which the cost is lower at once is fitted. What an arm was before counts, in both
+    costs, no more than `ANYWHERE`.
     """
     joints, lengths, radii = split(known)
     forward, left, _ = frame_of(joints)
     hand, reach = radii[RADIUS_NAMES.index("hand")], lengths[4] + lengths[5] + lengths[6]
     starts, informations = [], []
-    for side, parts, pole in zip((LEFT, RIGHT), ARM_PARTS, poles(forward, left), strict=True):
+    for side, parts, pole in zip((LEFT, RIGHT), ARMS, poles(forward, left), strict=True):
         shoulder = joints[side[0]]
         own = problem.cloud.mask & jnp.any(near.part[:, None] == jnp.asarray(parts, jnp.int32), axis=1)
         free = jnp.zeros((11, 3), bool).at[jnp.asarray(side[1:])].set(True).reshape(-1)
-        free = jnp.concatenate([free, jnp.zeros((SHAPE,), bool)])
+        informations.append(forget(problem.information, jnp.concatenate([free, jnp.zeros((SHAPE,), bool)])))
+        ways = []
         for among in (left_over, left_over | own):
             target, _ = farthest_hand(
                 problem.cloud.points, among, shoulder, joints[HIP], joints[NECK_BASE], reach, hand
             )
             arm = reaching_arm(lengths, shoulder, target, pole)
-            starts.append(joined(joints.at[jnp.asarray(side[1:])].set(arm[1:]), lengths, radii))
-            informations.append(forget(problem.information, free))
+            ways.append(joined(joints.at[jnp.asarray(side[1:])].set(arm[1:]), lengths, radii))
+        starts.append(jnp.stack(ways))
+    start, information = jnp.stack(starts), jnp.stack(informations)  # (side way known), (side known known)
 
-    def asked(information: Array) -> Problem:
-        return problem._replace(information=information)
+    def asked(side: Array) -> Problem:
+        return problem._replace(information=information[side])
 
-    start, information = jnp.stack(starts), jnp.stack(informations)
-    at_once = jax.vmap(lambda a, b: cost(params, asked(b), a)[0])(start, information)
-    best = jnp.argmin(at_once)
-    tried, new, nearer = fit_body(params, asked(information[best]), start[best], params.iterations)
-    return jax.tree.map(lambda a, b: jnp.where(new < value - params.better, a, b), (tried, nearer), (known, near))
+    def value_of(side: Array, one: Array) -> Array:
+        value = cost(params, asked(side), one)[0]
+        return jnp.where(jnp.isfinite(value), value, jnp.inf)
+
+    sides = jnp.arange(2, dtype=jnp.int32)
+    at_once = jax.vmap(lambda side: jax.vmap(lambda one: value_of(side, one))(start[side]))(sides)
+    chosen = jnp.argmin(at_once, axis=0)  # of every way
+    mine = jax.vmap(lambda side: value_of(side, known))(chosen)
+    tried, values, nears = jax.vmap(lambda side, way: fit_body(params, asked(side), start[side, way], ARM_STEPS))(
+        chosen, sides
+    )
+    gains = jnp.where(jnp.isfinite(values), mine - values, -jnp.inf)
+    best = jnp.argmax(gains)
+    better = gains[best] > params.better
+    return jax.tree.map(lambda a, b: jnp.where(better, a[best], b), (tried, nears), (known, near))
 
 
 def forget(information: Float[Array, "known known"], free: Bool[Array, "known"]) -> Float[Array, "known known"]:

@@ -51,7 +51,7 @@ class FingerParams(eqx.Module):
     swell_spread: float = 1.0
     """Standard deviation of how much wider its outline is [px]."""
     agree: float = 3.09
-    """Quantile, as a standard normal number, of the landmarks' squared errors above which pixels of something else were taken: one in a thousand [1]."""
+    """Quantile, as a standard normal number, of the landmarks' squared errors above which pixels of something else were taken: one in a thousand, if they err as told or by the ratio below [1]."""
     worse: float = 2.25
     """Landmarks' squared errors may be so many times as large as told, if they fit a finger of their own that badly: errors that are half larger [1]."""
     step: float = 0.006
@@ -168,12 +168,12 @@ def finger_line(
     line = line_along(axis.tip, axis.along, _inverse(N, 0.0)[:6, :6])
 
     def squares(x: Array, N: Array) -> tuple[Array, Array]:
-        """Sum of squared errors of the landmarks, and its mean by chance: what they pull the fit to themselves is less."""
+        """Sum of squared errors of the landmarks, and its mean where all errors are as told: it is less by what they pull the fit to themselves."""
         J = jax.jacfwd(marks)(x)
         pull = J @ _inverse(N, DAMPING) @ J.T
         there = 2.0 * jnp.sum(_marks_there(seen).astype(dtype))
         e = marks(x)
-        return e @ e, jnp.maximum(there - 2.0 * jnp.trace(pull) + jnp.sum(pull * pull), 1.0)
+        return e @ e, jnp.maximum(there - jnp.trace(pull), 1.0)
 
     N_bare, _ = normal(bare, sharp, jnp.zeros(count, dtype))
     (off, freedom), (own_off, own_freedom) = squares(x, N), squares(bare, N_bare)

@@ -83,6 +83,12 @@ def test_a_wrong_track_that_counts_as_sure_and_exchanged_sides_are_found() -> No
     assert unnoticed(case) == 5
     case["exchanged"][30:] = True
     assert exchanges(case) == exchanges(case, sure_images(case)) == 1
+    dip = case | {"explained": np.where(np.arange(60) == 29, 0.8, 1.0)}  # one image before it
+    assert exchanges(dip, sure_images(dip)) == 1
+    anew = case | {
+        "age": np.where(np.arange(60) < 30, 1.0 + np.arange(60) / 30, np.arange(60) / 30 + 0.1)
+    }  # age falls: another track
+    assert exchanges(anew) == 0
     young = case | {"age": np.arange(60) / 30}
     assert exchanges(young) == 1 and exchanges(young, sure_images(young)) == 0
     rows = all_rows({"full": {"somebody": case}, "cold": {"somebody": case}})

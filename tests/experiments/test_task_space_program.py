@@ -8,15 +8,17 @@ from PIL import Image
 
 from experiments.sweep.config import parse as parse_sweep
 from experiments.task_space.__main__ import main
-from experiments.task_space.config import parse
+from experiments.task_space.config import TaskSpaceConfig, parse
 from experiments.task_space.evaluate import wanted
 from experiments.task_space.figures import grid_image
 from experiments.task_space.measures import measure_table, size_error
 from experiments.task_space.page import page
 from experiments.task_space.recorded import view_of_frame
 from experiments.task_space.rows import BARS, WORDS, all_rows, holds
+from experiments.task_space.run import run
 from experiments.task_space.tables import hull, surface, table_of
 from hrcjax.io.recordings.open_input import open_input
+from hrcjax.lab.errors import UsageError
 from hrcjax.task_space import Instance, ObstacleGrid, Table, TaskSpace, find_table, solid_distances
 from hrcjax.world.scene import BOX, COLUMN, SPHERE
 from hrcjax.world.scenes import Obstacle
@@ -171,3 +173,8 @@ def test_the_sweep_takes_sensed_obstacles_and_scene_files(capsys: pytest.Capture
     assert parse_sweep([]).obstacles == "known" and parse_sweep(["--obstacles", "sensed"]).obstacles == "sensed"
     assert sweep(["--scene", "/nowhere/s.toml"]) == 2
     assert "error: scene /nowhere/s.toml: " in capsys.readouterr().err
+
+
+def test_tables_are_not_looked_at_and_fresh_at_once() -> None:
+    with pytest.raises(UsageError, match="table 2003 is among both"):
+        run(TaskSpaceConfig(evaluate=True, first=2003, tables=2, fresh=10))

@@ -191,6 +191,7 @@ def test_a_thing_that_mostly_hangs_over_the_border_is_whole_and_a_wall_beside_th
     np.testing.assert_allclose(one.center, o.center, atol=0.004)
     np.testing.assert_allclose(np.sort(one.size), np.sort(o.size), atol=0.004)
     beside = map_table(views, UP, TaskSpaceParams(overhang=0.06), table=cut).instances  # it reaches 14 cm beyond
+    assert beside
     assert all(i.points[:, 0].min() > o.center[0] + 0.08 - 0.05 - 1e-3 for i in beside)
 
 

@@ -113,7 +113,6 @@ def test_a_hidden_side_lies_between_the_outermost_point_and_the_rays(beside: flo
     off, outermost = float(fit.center[1]) - place[1], u[:, 1].max()
     assert off - half == pytest.approx(-0.03, abs=3e-4)  # the front is seen
     assert min(beside, outermost) - 1e-4 <= off + half <= max(beside, outermost)
-    spread = np.asarray(fit.center_deviation)
     if beside > outermost:
         assert off + half == pytest.approx(outermost, abs=3e-4)  # nothing draws it towards the rays
     spread = np.asarray(fit.center_deviation)
