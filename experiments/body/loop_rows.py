@@ -35,6 +35,8 @@ DEFINITIONS = {
     "loop_people": "episodes, each beside one person, in every variant; other rows of the loop are of those without jumps",
     "stopped_time_ratio": "time in a stop with all of the body over that without, where no head is watched",
     "stopped_time_ratio_speed": "the same with measured speeds and regions over assumed ones, the head watched in neither: what measured speeds bring",
+    "stopped_time_ratio_speed_low": "lower end of its 95 % interval, people drawn anew with all their seeds",
+    "stopped_time_ratio_speed_high": "upper end",
     "stopped_time_ratio_head": "the same of the stop near the head alone",
     "stopped_time_ratio_still": "the same as if everybody stood still, which is not safe: the most that measured speeds could bring",
     "stopped_time_ratio_body_head": "the same, the head watched in both",
@@ -99,6 +101,21 @@ def variant_rows(cases: Sequence[Case], variant: str) -> Rows:
     return {f"{name}_{variant}": entry for name, entry in rows.items()}
 
 
+def _interval(cases: Mapping[str, Case], one: str, other: str) -> tuple[float, float]:
+    """95 % interval of a ratio of times in a stop, by drawing people anew, each with all seeds (bootstrap, Efron 1979)."""
+    people: dict[str, list[Case]] = {}
+    for name, case in cases.items():
+        if case["clean"]:
+            people.setdefault(name.split(", seed ")[0], []).append(case)
+    each = np.asarray(
+        [[_stopped(some, VARIANTS.index(variant)) for variant in (one, other)] for some in people.values()]
+    )
+    drawn = np.random.default_rng(0).integers(0, len(each), (4000, len(each)))
+    above, below = each[drawn].sum(axis=1).T
+    low, high = np.percentile(above[below > 0] / below[below > 0], [2.5, 97.5])
+    return float(low), float(high)
+
+
 def loop_rows(cases: Mapping[str, Case]) -> Rows:
     """All rows of the loop."""
     some = [case for case in cases.values() if case["clean"]]
@@ -116,6 +133,9 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     for end, (one, other) in pairs.items():
         if stopped[other] > 0:
             rows["stopped_time_ratio" + end] = row(stopped[one] / stopped[other])
+    if stopped["off"] > 0:
+        for word, bound in zip(("low", "high"), _interval(cases, "speed", "off"), strict=True):
+            rows[f"stopped_time_ratio_speed_{word}"] = row(bound)
     close = {variant: _stopped(some, VARIANTS.index(variant), TOO_CLOSE) for variant in ("off", "speed", "body")}
     if close["off"] > 0:
         rows["stopped_close_ratio"] = row(close["body"] / close["off"])

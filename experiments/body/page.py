@@ -41,7 +41,7 @@ capsules of the person are for the measures alone. Research software, not safety
   nearer, it counts. In red the contact speed is that of the regions that may be nearest, and under 0.5 m from the head the arm stops,
   by points that have their own rows towards the head (`hrcjax/safety/head.py`): the arm brakes before, so that it does not bring the stop about itself, and
   in the stop the points near the head go away from it. Measured zones are relaxed 5 cm beyond their thresholds, assumed ones 10 cm:
-  the arm then stops for a shorter time, and more often (`stops_`). The 5 cm were chosen with these people, and so was the age of 1 s, as younger tracks were wrong in up
+  the arm then stops for a shorter time, and more often (`stops_`). The 5 cm were chosen with these people at seed 0, and so was the age of 1 s, as younger tracks were wrong in up
   to eight images in a row.
   Without a sure track all is as without a body.
 * **Episodes** (rows of the loop): the arm of the papers' cell in mode "both" beside the same people, in five variants of one program that

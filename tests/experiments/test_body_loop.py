@@ -116,3 +116,14 @@ def test_rows_of_episodes() -> None:
     assert rows["excess_speed_with"]["value"] == pytest.approx(-0.1) and rows["violations_body"]["value"] == 0
     assert all(definition(name) for name in rows)
     assert broken(case(made, 0.01), 0) and not broken(case(made), 0)
+
+
+def test_the_interval_of_a_ratio_is_that_of_people_with_all_their_seeds() -> None:
+    made = {"off": 40, "speed": 20, "head": 50, "body": 26, "still": 10}
+    alike = {"one": case(made), "one, seed 1": case(made | {"speed": 40})}  # one person: nothing can be drawn otherwise
+    rows = loop_rows(alike)
+    ends = [rows[f"stopped_time_ratio_speed_{end}"]["value"] for end in ("low", "high")]
+    assert ends == [pytest.approx(0.75)] * 2
+    rows = loop_rows(alike | {"two": case(made | {"speed": 10}), "three": case(made | {"speed": 36})})
+    low, high = (rows[f"stopped_time_ratio_speed_{end}"]["value"] for end in ("low", "high"))
+    assert low == pytest.approx(0.25) and high == pytest.approx(0.9)  # all of them the one, or the other
