@@ -25,7 +25,7 @@ from standing import person_of, pose, surface_points
 
 WALK = 0.3
 """Speed at which the person comes [m/s]."""
-SURE = BodyParams(sure_age=0.2)
+SURE = BodyParams(sure_age=0.3)
 """Of a track that may be sure within the images below."""
 
 
