@@ -12,7 +12,7 @@ from .rows import ALL_BARS, definition, holds
 
 HEAD = """# A person as a body: capsules fitted to the moving points
 
-Written by `python -m experiments.body --recordings FOLDER --json FILE --page FILE`; do not edit. `--help` explains every option.
+Written by `python -m experiments.body{asked} --recordings FOLDER --json FILE --page FILE`; do not edit. `--help` explains every option.
 
 Two depth cameras of 15 Hz look in turn at the cell, with the noise, holes and flying pixels of a D435i. What contradicts the settled
 picture is a person; the mean points of the voxels that one image shows are what the body is fitted to (`hrcjax/body`). The exact
@@ -59,6 +59,7 @@ def page(rows: Mapping[str, Mapping[str, Any]], config: BodyConfig, figures: Seq
         figures: their places from the page.
     """
     seeds = f"seeds {config.seed} to {config.seed + config.seeds - 1}" if config.seeds > 1 else f"seed {config.seed}"
+    asked = f" --seeds {config.seeds}" if config.seeds > 1 else ""
     people = ", ".join(Path(name).stem for name in with_recordings(config.people, config.recordings))
     lines = ["| row | value | unit | bar | what it measures |", "|---|---|---|---|---|"]
     for name, entry in rows.items():
@@ -67,7 +68,7 @@ def page(rows: Mapping[str, Mapping[str, Any]], config: BodyConfig, figures: Seq
         lines.append(
             f"| {name} | {entry['value']:.3g} | {entry['unit']} | {bar}{missed} | {loop_definition(name) or definition(name)} |"
         )
-    text = HEAD.format(people=people, seconds=config.seconds, seeds=seeds) + "\n" + "\n".join(lines) + "\n"
+    text = HEAD.format(people=people, seconds=config.seconds, seeds=seeds, asked=asked) + "\n" + "\n".join(lines) + "\n"
     if figures:
         text += "\n" + "\n".join(f"![{name}]({name})" for name in figures) + "\n"
     return text

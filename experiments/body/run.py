@@ -41,38 +41,43 @@ def _check(config: BodyConfig) -> None:
     check_outputs(config, "json", "page")
 
 
-class _Images:
-    """Everybody's images, rendered when they are asked for; those of the last person are kept."""
-
-    def __init__(self, seconds: float) -> None:
-        self._bench = cache(lambda seed: Bench(seconds, seed))
-        self._seen = lru_cache(maxsize=1)(lambda name, seed: with_places(self._bench(seed).seen(name)))
-
-    def measured(self, name: str, variant: str, seed: int) -> Mapping[str, Any]:
-        """What is stored of a person with one tracker."""
-        return measured(self._seen(name, seed), variant)
-
-
 def wanted(config: BodyConfig) -> dict[str, tuple[str, Make]]:
     """Every case by tracker and person, with the name of its file and what computes it."""
 
+    @cache
+    def bench() -> Bench:
+        return Bench(config.seconds)
+
+    @cache
+    def loop() -> LoopBench:
+        return LoopBench(config.seconds)
+
+    @lru_cache(maxsize=1)  # trackers of one person follow each other
+    def seen(name: str, seed: int) -> dict[str, Any]:
+        return with_places(bench().seen(name, seed))
+
+    def track_case(name: str, variant: str, seed: int) -> Mapping[str, Any]:
+        return measured(seen(name, seed), variant)
+
+    def loop_case(name: str, seed: int) -> Mapping[str, Any]:
+        return loop().case(name, seed)
+
     people = with_recordings(config.people, config.recordings)
     found: dict[str, tuple[str, Make]] = {}
-    loop, images = LoopBench(config.seconds), _Images(config.seconds)
     for seed in range(config.seed, config.seed + config.seeds):
         mark = fingerprint({"seconds": config.seconds, "seed": seed})[:6]
         end = "" if seed == config.seed else f", seed {seed}"
         if "loop" in config.parts:
             for name in people:
                 file = f"loop/{person_key(name)}-{mark}"
-                found[f"loop/{Path(name).stem}{end}"] = (file, partial(loop.case, name, seed))
+                found[f"loop/{Path(name).stem}{end}"] = (file, partial(loop_case, name, seed))
         if "track" not in config.parts:
             continue
         for k, name in enumerate(people):
             compared = k < config.compared and seed == config.seed
             for variant in config.variants if compared else config.variants[:1]:
                 file = f"{variant}/{person_key(name)}-{mark}"
-                found[f"{variant}/{Path(name).stem}{end}"] = (file, partial(images.measured, name, variant, seed))
+                found[f"{variant}/{Path(name).stem}{end}"] = (file, partial(track_case, name, variant, seed))
     return found
 
 

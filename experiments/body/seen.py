@@ -1,6 +1,6 @@
 """The points of people in every image of an episode, with the exact person and arm at its moment."""
 
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import jax
@@ -28,24 +28,24 @@ NOMINAL_SHARE = 0.5
 
 
 class Bench:
-    """The cell of the papers with two stationary cameras and one in the hand, surveyed once."""
+    """The cell of the papers with two stationary cameras and one in the hand, surveyed once for each seed."""
 
-    def __init__(self, seconds: float, seed: int) -> None:
+    def __init__(self, seconds: float) -> None:
         cell = make_cell()
         self.cell = type(cell)(arm=cell.arm, ticks=round(seconds / cell.dt))
-        self.seed, self.scene, self.sense = seed, scene_named(SCENE, seed), SenseParams()
-        self.rig = cell_rig(self.scene)
+        self.sense = SenseParams()
+        self._surveyed = cache(self._survey)
 
     @property
     def duration(self) -> float:
         """Of an episode [s]."""
         return self.cell.ticks * self.cell.dt
 
-    @cached_property
-    def surveyed(self) -> Surveyed:
+    def _survey(self, seed: int) -> Surveyed:
         """The cell after its set-up."""
-        nobody = make_people("nobody", self.scene, self.seed, self.duration, 1)
-        return survey_world(self.cell, self.scene, nobody, self.rig, jax.random.key(self.seed))
+        scene = scene_named(SCENE, seed)
+        nobody = make_people("nobody", scene, seed, self.duration, 1)
+        return survey_world(self.cell, scene, nobody, cell_rig(scene), jax.random.key(seed))
 
     @cached_property
     def _sensed(self) -> Any:
@@ -68,21 +68,22 @@ class Bench:
 
         return jax.jit(sensed)
 
-    def seen(self, name: str) -> dict[str, np.ndarray]:
-        """Points and masks of all images, stamps, eyes, and the exact capsules of person and arm."""
-        person = make_people(name, self.scene, self.seed, self.duration, 1)
-        before = self.surveyed
-        stage = stage_for(self.rig, self.scene, person, no_faults(self.rig.count, before.q_start.dtype))
+    def seen(self, name: str, seed: int) -> dict[str, np.ndarray]:
+        """Points and masks of all images with a seed of noise and motions, stamps, eyes, and the exact capsules of person and arm."""
+        scene = scene_named(SCENE, seed)
+        rig, person = cell_rig(scene), make_people(name, scene, seed, self.duration, 1)
+        before = self._surveyed(seed)
+        stage = stage_for(rig, scene, person, no_faults(rig.count, before.q_start.dtype))
         known = Surveyed(before.scene, before.q_start, before.survey, before.field, before.hidden, stage)
-        stamps, cameras = frame_stamps(self.cell, self.rig)
+        stamps, cameras = frame_stamps(self.cell, rig)
         times = jnp.asarray(stamps, before.q_start.dtype)
-        q_goal = posture_at(self.cell, self.scene.goal)
+        q_goal = posture_at(self.cell, scene.goal)
         q = nominal_motion(before.q_start, q_goal, times, NOMINAL_SHARE * self.duration)
-        points, mask = self._sensed(known, q, times, jnp.asarray(cameras), jax.random.key(self.seed + 1))
+        points, mask = self._sensed(known, q, times, jnp.asarray(cameras), jax.random.key(seed + 1))
         body = jax.vmap(lambda t: person_at(person, t))(times)
         arm = jax.vmap(partial(arm_capsules, self.cell.arm))(q)
         found = {
-            "points": points, "mask": mask, "stamps": stamps, "eyes": self.rig.cameras.position[cameras],
+            "points": points, "mask": mask, "stamps": stamps, "eyes": rig.cameras.position[cameras],
             "a": body.a, "b": body.b, "radius": body.radius, "arm_a": arm.a, "arm_b": arm.b, "arm_radius": arm.radius,
         }  # fmt: skip
         return {key: np.asarray(value) for key, value in found.items()}

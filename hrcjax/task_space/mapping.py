@@ -105,15 +105,15 @@ def above_table(view: View, table: Table, params: TaskSpaceParams) -> Bool[np.nd
 def on_table(
     view: View, table: Table, labels: Int[np.ndarray, "height width"], params: TaskSpaceParams
 ) -> Bool[np.ndarray, "height width"]:
-    """Pixels of things on the table: those over it, and what hangs together with them beyond its border, as far as that ends within
-    `overhang`. The view is in the table's frame."""
+    """Pixels of things on the table: those over it or up to `edge` beside it, and what hangs together with them beyond that, if it ends
+    within `overhang`. The view is in the table's frame."""
     above = above_table(view, table, params)
     place = points(view)[..., :2]
     near, reached = inside(table.corners, place, params.edge), inside(table.corners, place, params.overhang)
     found = above & near
     for part in image_parts(view, 0, above, labels, params.split):
         if near.ravel()[part.pixels].any() and reached.ravel()[part.pixels].all():
-            found.ravel()[part.pixels] = True
+            found.flat[part.pixels] = True
     return found
 
 
