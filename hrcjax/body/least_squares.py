@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from hrcjax.body.params import BodyParams
 from hrcjax.body.priors import Landmarks, landmark_residuals, prior_residuals, prior_slopes
-from hrcjax.body.skeleton import JOINTS, LENGTHS, RADIUS_NAMES
+from hrcjax.body.skeleton import END_A, END_B, JOINTS, LENGTHS, PART_RADIUS, PARTS, RADIUS_NAMES
 from hrcjax.body.state import KNOWN, PLACES
 from hrcjax.body.surface import Near, distance_slopes, nearest_parts
 from hrcjax.geom.cloud import Cloud
@@ -15,6 +16,19 @@ from hrcjax.typing import Array, Float, Int, Scalar
 
 DAMPING = 1e-3
 """First damping, as a share of the diagonal; a step that helps makes it a quarter, one that does not eight times as large [1]."""
+
+
+def _part_unknowns() -> np.ndarray:
+    of_joint = np.eye(PLACES).reshape(len(JOINTS), 3, PLACES)
+    ends = np.stack([np.tensordot(end, of_joint, 1) for end in (END_A, END_B)], axis=1)  # (part end 3 place)
+    rows = np.zeros((len(PARTS), 7, KNOWN))
+    rows[:, :6, :PLACES] = ends.reshape(len(PARTS), 6, PLACES)
+    rows[np.arange(len(PARTS)), 6, KNOWN - len(RADIUS_NAMES) + PART_RADIUS] = 1.0
+    return rows
+
+
+PART_UNKNOWNS = _part_unknowns()
+"""Slopes of both ends and the radius of every part by the unknowns (part 7 known) [1]."""
 
 
 class Problem(NamedTuple):
@@ -65,17 +79,19 @@ def normal_equations(
     joints, lengths, _ = split(known)
     doubt = params.doubt**2
     weight = (doubt / (near.distance**2 + doubt)) / params.point
-    weight = jnp.where(problem.cloud.mask, weight, 0.0)
-    J = distance_slopes(near) * weight[:, None]
-    JJ, Je = J.T @ J, J.T @ (near.distance * weight)
-    radii = KNOWN - len(RADIUS_NAMES)
-    A, g = problem.information, problem.information @ (known - problem.before)
-    A = A.at[:PLACES, :PLACES].add(JJ[:PLACES, :PLACES]).at[radii:, radii:].add(JJ[PLACES:, PLACES:])
-    A = A.at[:PLACES, radii:].add(JJ[:PLACES, PLACES:]).at[radii:, :PLACES].add(JJ[PLACES:, :PLACES])
-    g = g.at[:PLACES].add(Je[:PLACES]).at[radii:].add(Je[PLACES:])
+    weight = jnp.where(problem.cloud.mask, weight, 0.0)[:, None]
+    # a point's distance depends on the ends and the radius of one part alone: sums of products by part, then all unknowns
+    J, e = distance_slopes(near) * weight, near.distance[:, None] * weight
+    products = J[:, :, None] * jnp.concatenate([J, e], axis=1)[:, None, :]
+    of_part = (near.part == jnp.arange(len(PARTS), dtype=near.part.dtype)[:, None]).astype(J.dtype)
+    sums = (of_part @ products.reshape(J.shape[0], -1)).reshape(len(PARTS), *products.shape[1:])
+    spread = jnp.asarray(PART_UNKNOWNS, J.dtype)
+    JJ = jnp.einsum("pij,pjk->pik", sums[:, :, :-1], spread).reshape(-1, KNOWN)
     r, by_place, by_length = prior_slopes(params, joints, lengths, problem.share)
-    P = jnp.concatenate([by_place, by_length], axis=1)
-    A, g = A.at[:radii, :radii].add(P.T @ P), g.at[:radii].add(P.T @ r)
+    of_priors = jnp.concatenate([by_place, by_length, jnp.zeros((r.shape[0], len(RADIUS_NAMES)), r.dtype)], axis=1)
+    left = jnp.concatenate([spread.reshape(-1, KNOWN), of_priors]).T
+    A = problem.information + left @ jnp.concatenate([JJ, of_priors])
+    g = problem.information @ (known - problem.before) + left @ jnp.concatenate([sums[:, :, -1].reshape(-1), r])
     if problem.landmarks is not None:
         found = landmark_residuals(joints, problem.landmarks).reshape(joints.shape)
         root = jnp.where(jnp.isfinite(problem.landmarks.joints), jnp.sqrt(problem.landmarks.weight)[:, None], 0.0)
@@ -87,17 +103,19 @@ def normal_equations(
 def inverse_spd(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
     """The inverse of a symmetric positive definite matrix, by Gauss and Jordan's sweeps, one pivot after the other.
 
-    A library's triangular solve of 46 columns starts threads, which wait for each other for 30 ms where cores are busy; this takes 0.2 ms.
+    A library's triangular solve of 46 columns starts threads, which wait for each other for 30 ms where cores are busy; this takes 0.03 ms.
 
     Not finite if: A is singular.
     """
     scale = 1.0 / jnp.sqrt(jnp.diagonal(A))
+    each = jnp.arange(A.shape[0], dtype=jnp.int32)
 
     def sweep(k: Int[Array, ""], B: Array) -> Array:
-        row = B[k] / B[k, k]
-        column = B[:, k].at[k].set(-1.0)
-        swept = B.at[:, k].set(0.0).at[k].set(0.0) - column[:, None] * row.at[k].set(1.0 / B[k, k])[None, :]
-        return swept
+        row, column, here = B[k], B[:, k], each == k
+        pivot = 1.0 / row[k]
+        row, column = jnp.where(here, pivot, row * pivot), jnp.where(here, -1.0, column)
+        others = ~(here[:, None] | here[None, :])
+        return jnp.where(others, B, 0.0) - column[:, None] * row[None, :]
 
     inverse = jax.lax.fori_loop(0, A.shape[0], sweep, A * scale[:, None] * scale[None, :])
     return 0.5 * (inverse + inverse.T) * scale[:, None] * scale[None, :]

@@ -32,16 +32,16 @@ def predict(params: BodyParams, state: BodyState, dt: Scalar) -> BodyState:
     dtype = state.joints.dtype
     keep = jnp.where(hidden(params, state), jnp.exp(-jnp.asarray(dt, dtype) / params.forget), 1.0)
     every = jnp.repeat(keep, 3)
-    P = state.covariance
-    P = P.at[:PLACES].add(dt * P[KNOWN:])
-    P = P.at[:, :PLACES].add(dt * P[:, KNOWN:])
-    P = P.at[KNOWN:].multiply(every[:, None]).at[:, KNOWN:].multiply(every)
     a = jnp.repeat(jnp.asarray(params.acceleration, dtype)[jnp.asarray(_KINDS)], 3)
-    x, v = jnp.arange(PLACES), KNOWN + jnp.arange(PLACES)
-    P = P.at[x, x].add((0.5 * a * dt * dt) ** 2 + params.settle**2).at[v, v].add((a * dt) ** 2)
-    P = P.at[x, v].add(0.5 * a * a * dt**3).at[v, x].add(0.5 * a * a * dt**3)
-    s = PLACES + jnp.arange(SHAPE)
-    P = P.at[s, s].add(params.length_drift**2 * dt)
+    places, speeds = jnp.diag((0.5 * a * dt * dt) ** 2 + params.settle**2), jnp.diag((a * dt) ** 2)
+    both, shape = jnp.diag(0.5 * a * a * dt**3), params.length_drift**2 * dt * jnp.eye(SHAPE, dtype=dtype)
+    none = jnp.zeros((PLACES, SHAPE), dtype)
+    noise = jnp.block([[places, none, both], [none.T, shape, none.T], [both, none, speeds]])
+
+    def moved(P: Array) -> Array:  # its rows; concatenated, as scattered sums are slow
+        return jnp.concatenate([P[:PLACES] + dt * P[KNOWN:], P[PLACES:KNOWN], every[:, None] * P[KNOWN:]])
+
+    P = moved(moved(state.covariance).T).T + noise
     return eqx.tree_at(
         lambda b: (b.joints, b.speeds, b.covariance),
         state,

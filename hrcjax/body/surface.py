@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from hrcjax.body.skeleton import END_A, END_B, PART_RADIUS, RADIUS_NAMES, part_capsules
+from hrcjax.body.skeleton import PARTS, part_capsules
 from hrcjax.numerics import safe_divide, safe_norm
 from hrcjax.typing import Array, Float, Int, Points
 
@@ -26,33 +26,28 @@ def nearest_parts(joints: Float[Array, "joint 3"], radii: Float[Array, "radius"]
     """The part with the least signed distance, for every point."""
     capsules = part_capsules(joints, radii)
     axis = capsules.b - capsules.a
-    length = jnp.sum(axis * axis, axis=1)
-    # (point part) arrays, one coordinate at a time: they vectorise over points and parts
-    off = [points[:, None, c] - capsules.a[None, :, c] for c in range(3)]
-    share = off[0] * axis[:, 0] + off[1] * axis[:, 1] + off[2] * axis[:, 2]
-    along = jnp.clip(safe_divide(share, length[None, :]), 0, 1)
-    square = (
-        (off[0] - along * axis[:, 0]) ** 2 + (off[1] - along * axis[:, 1]) ** 2 + (off[2] - along * axis[:, 2]) ** 2
-    )
-    signed = jnp.sqrt(jnp.maximum(square, 1e-12)) - capsules.radius
-    part = jnp.argmin(signed, axis=1).astype(jnp.int32)
-    rows = jnp.arange(points.shape[0])
-    along = along[rows, part]
+    over_square = safe_divide(jnp.ones_like(capsules.radius), jnp.sum(axis * axis, axis=1))
+    x, y, z = points[:, 0], points[:, 1], points[:, 2]
+    least, part, along = jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32), jnp.zeros_like(x)
+    for k in range(len(PARTS)):  # vectors over the points, part after part: an argmin is no vector operation
+        a, way = capsules.a[k], axis[k]
+        ox, oy, oz = x - a[0], y - a[1], z - a[2]
+        share = jnp.clip((ox * way[0] + oy * way[1] + oz * way[2]) * over_square[k], 0, 1)
+        square = (ox - share * way[0]) ** 2 + (oy - share * way[1]) ** 2 + (oz - share * way[2]) ** 2
+        signed = jnp.sqrt(jnp.maximum(square, 1e-12)) - capsules.radius[k]
+        less = signed < least
+        least, part, along = jnp.where(less, signed, least), jnp.where(less, k, part), jnp.where(less, share, along)
     gap = points - capsules.a[part] - along[:, None] * axis[part]
     size = safe_norm(gap)
     return Near(size - capsules.radius[part], part, along, safe_divide(gap, size[:, None]))
 
 
-def distance_slopes(near: Near) -> Float[Array, "point unknown"]:
-    """Slopes of the distances by all joints (joint 3), then by the radii.
+def distance_slopes(near: Near) -> Float[Array, "point 7"]:
+    """Slopes of the distances by both ends of the nearest part, three coordinates each, and by its radius; `PART_UNKNOWNS` tells which
+    unknowns these are.
 
     The nearest place of the axis may move along it, but to first order the distance does not change with that: the slope by an end
     of the axis is its share in the place times minus the normal.
     """
-    dtype = near.distance.dtype
-    a, b = jnp.asarray(END_A, dtype)[near.part], jnp.asarray(END_B, dtype)[near.part]
-    share = a + near.along[:, None] * (b - a)
-    of_joints = -share[:, :, None] * near.normal[:, None, :]
-    radius = jnp.asarray(PART_RADIUS)[near.part]
-    of_radii = -(radius[:, None] == jnp.arange(len(RADIUS_NAMES))).astype(dtype)
-    return jnp.concatenate([of_joints.reshape(of_joints.shape[0], -1), of_radii], axis=1)
+    along = near.along[:, None]
+    return -jnp.concatenate([(1.0 - along) * near.normal, along * near.normal, jnp.ones_like(along)], axis=1)

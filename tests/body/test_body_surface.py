@@ -5,11 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 from standing import gaps, person_of, pose, surface_points
 
-from hrcjax.body.least_squares import inverse_spd
+from hrcjax.body.least_squares import PART_UNKNOWNS, Problem, cost, inverse_spd, joined, normal_equations, split
 from hrcjax.body.params import BodyParams
-from hrcjax.body.priors import Landmarks, landmark_residuals, prior_slopes
+from hrcjax.body.priors import Landmarks, landmark_residuals, prior_residuals, prior_slopes
 from hrcjax.body.skeleton import PARTS, USUAL_LENGTHS, USUAL_RADII, joints_of, part_capsules
+from hrcjax.body.state import KNOWN, PLACES
 from hrcjax.body.surface import distance_slopes, nearest_parts
+from hrcjax.geom.cloud import Cloud
 from hrcjax.geom.shape import capsule_point_distance
 
 
@@ -41,8 +43,37 @@ def test_slopes_are_those_of_automatic_differentiation() -> None:
         return jnp.min(each(points, parts.a, parts.b, parts.radius), axis=1)
 
     expected = jnp.concatenate(jax.jacfwd(distances, argnums=(0, 1))(joints.reshape(-1), radii), axis=1)
-    found = distance_slopes(nearest_parts(joints, radii, points))
+    near = nearest_parts(joints, radii, points)
+    of_unknowns = np.einsum("pi,pik->pk", distance_slopes(near), PART_UNKNOWNS[np.asarray(near.part)])
+    found = np.delete(of_unknowns, np.arange(PLACES, KNOWN - len(USUAL_RADII)), axis=1)  # lengths move nothing
     np.testing.assert_allclose(found, expected, atol=2e-5)
+
+
+def test_the_normal_equations_are_the_slopes_of_the_cost_and_of_its_residuals() -> None:
+    params, body, draw = BodyParams(), pose(), np.random.default_rng(3)
+    joints = joints_of(person_of(body))[0]
+    known = joined(joints, jnp.asarray(USUAL_LENGTHS), jnp.asarray(USUAL_RADII))
+    cloud = Cloud(jnp.asarray(surface_points(body, 600) + 0.02, joints.dtype), jnp.arange(600) % 7 > 0)
+    landmarks = Landmarks(joints.at[3].set(jnp.nan) + 0.03, jnp.full((11,), 400.0))
+    B = draw.normal(size=(KNOWN, KNOWN))
+    before = known + jnp.asarray(draw.normal(0, 0.02, KNOWN), known.dtype)
+    problem = Problem(cloud, before, jnp.asarray(B @ B.T, known.dtype), jnp.asarray(0.1), landmarks)
+    A, g = normal_equations(params, problem, known, cost(params, problem, known)[1])
+    slope = jax.grad(lambda k: cost(params, problem, k)[0])(known)
+    np.testing.assert_allclose(g, slope, atol=2e-5 * float(jnp.abs(slope).max()))
+
+    def residuals(k: jax.Array) -> jax.Array:
+        near, (joints, lengths, radii) = cost(params, problem, known)[1], split(k)
+        capsules = part_capsules(joints, radii)
+        each = jax.vmap(jax.vmap(capsule_point_distance, (None, 0, 0, 0)), (0, None, None, None))
+        d = each(cloud.points, capsules.a, capsules.b, capsules.radius)[jnp.arange(600), near.part]
+        weight = jnp.where(cloud.mask, params.doubt**2 / (near.distance**2 + params.doubt**2), 0.0) / params.point
+        priors = prior_residuals(params, joints, lengths, problem.share)
+        return jnp.concatenate([d * weight, priors, landmark_residuals(joints, landmarks)])
+
+    J = jax.jacfwd(residuals)(known)
+    expected = J.T @ J + problem.information
+    np.testing.assert_allclose(A, expected, atol=2e-5 * float(jnp.abs(expected).max()))
 
 
 def test_a_point_on_an_axis_and_coincident_joints_have_finite_slopes() -> None:
