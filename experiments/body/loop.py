@@ -26,6 +26,7 @@ from .real_speed import real_exposure
 SCENE = "robotica"
 EXPLAINED = {
     "off": "the body is not used: assumed speeds, the most sensitive region, the head is not watched",
+    "alike": "the same, but zones are relaxed as near to their thresholds as measured ones are",
     "speed": "measured speeds and regions alone",
     "head": "the stop near the head alone",
     "body": "all of it",
@@ -79,8 +80,14 @@ class LoopBench:
     def settings(self) -> Params:
         """The parameters of all variants, along the leading axis of `safety`."""
         params = Params()
+        nearer = eqx.tree_at(lambda s: s.zone.hysteresis, params.safety, params.safety.zone.measured_hysteresis)
         each = [
-            Uses(params.safety, name in ("speed", "body", "still"), name in ("head", "body"), name == "still")
+            Uses(
+                nearer if name == "alike" else params.safety,
+                name in ("speed", "body", "still"),
+                name in ("head", "body"),
+                name == "still",
+            )
             for name in VARIANTS
         ]
         stacked = jax.tree.map(lambda *leaves: jnp.asarray(leaves, jnp.float32), *each)

@@ -37,6 +37,7 @@ DEFINITIONS = {
     "stopped_time_ratio_speed": "the same with measured speeds and regions over assumed ones, the head watched in neither: what measured speeds bring",
     "stopped_time_ratio_speed_low": "lower end of its 95 % interval, people drawn anew with all their seeds",
     "stopped_time_ratio_speed_high": "upper end",
+    "stopped_time_ratio_alike": "the same, but without them too zones are relaxed as near to their thresholds: what speeds bring without the smaller hysteresis",
     "stopped_time_ratio_head": "the same of the stop near the head alone",
     "stopped_time_ratio_still": "the same as if everybody stood still, which is not safe: the most that measured speeds could bring",
     "stopped_time_ratio_body_head": "the same, the head watched in both",
@@ -126,6 +127,7 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     pairs = {
         "": ("body", "off"),
         "_speed": ("speed", "off"),
+        "_alike": ("speed", "alike"),
         "_head": ("head", "off"),
         "_still": ("still", "off"),
         "_body_head": ("body", "head"),

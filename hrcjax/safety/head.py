@@ -23,7 +23,7 @@ def head_limit(params: SafetyParams, zone: Int[Array, ""], d: Float[Array, "poin
         zone: of this tick.
         d: distance of every point's surface to the head; far: not watched [m].
     """
-    more = params.zone.measured_hysteresis
+    more = params.zone.head_hysteresis
     left = params.zone.head_stop + more
     stopped = zone == STOP
     ends = jnp.where(stopped, left, params.zone.head_stop + MARGIN * more)

@@ -132,7 +132,7 @@ def monitor(
     head_nearest = None if head_distance is None else jnp.min(jnp.asarray(head_distance))
     least = jnp.where(guarded, YELLOW, GREEN)
     by_point = head_distance is not None and jnp.ndim(head_distance) > 0
-    head_slack = params.zone.measured_hysteresis if by_point else None
+    head_slack = params.zone.head_hysteresis if by_point else None
     state = update_zone(params, state, nearest, ~hold, dt, head_nearest, least, limits, leaving, head_slack)
 
     near_now = d if by_now is None else jnp.minimum(d, by_now)

@@ -33,9 +33,11 @@ class ZoneParams(eqx.Module):
     """Largest speed in red, the reduced speed of ISO 10218-1; yellow begins at S_p of it [m/s]."""
     hysteresis: float = 0.1
     """How much farther than a threshold the person must be before a zone is relaxed [m]."""
-    measured_hysteresis: float = 0.05
-    """The same beyond thresholds of measured speeds, which hold their uncertainty already, and beyond `head_stop` of a head whose place is
-    measured; our choice [m]."""
+    measured_hysteresis: float = 0.02
+    """The same beyond thresholds of measured speeds, which hold their uncertainty already. Where a stop ends v(d) is 0, so that little is
+    needed: with less the arm stops more often, and for less time [m]."""
+    head_hysteresis: float = 0.05
+    """The same beyond `head_stop` of a head whose place is measured; our choice [m]."""
     relax_time: float = 0.1
     """How long that must last, about three camera frames; tightening never waits [s]."""
     head_stop: float = 0.5

@@ -2,11 +2,13 @@
 
 import itertools
 
+import equinox as eqx
+import jax
 import mujoco
 import numpy as np
 import pytest
 
-from experiments.body.loop import VARIANTS
+from experiments.body.loop import VARIANTS, LoopBench
 from experiments.body.loop_rows import broken, definition, loop_rows
 from experiments.body.real_speed import STRIDE, real_exposure
 from experiments.body.rows import holds
@@ -18,7 +20,6 @@ DT, TICKS = 0.008, 70
 @pytest.fixture(scope="module")
 def measured():
     """An arm that turns, somebody who comes to it and stops; and what is measured."""
-    import jax
     import jax.numpy as jnp
 
     from hrcjax.cells import make_cell
@@ -107,9 +108,16 @@ def case(stops: dict[str, int], excess: float = -0.1) -> dict[str, np.ndarray]:
 
 
 def test_rows_of_episodes() -> None:
-    made = {"off": 40, "speed": 20, "head": 50, "body": 26, "still": 10}
+    made = {"off": 40, "alike": 32, "speed": 20, "head": 50, "body": 26, "still": 10}
     rows = loop_rows({"one": case(made), "wild": case(made, 3.0) | {"clean": np.asarray(False)}})
-    for end, expected in (("", 0.65), ("_speed", 0.5), ("_head", 1.25), ("_still", 0.25), ("_body_head", 0.52)):
+    for end, expected in (
+        ("", 0.65),
+        ("_speed", 0.5),
+        ("_alike", 0.625),
+        ("_head", 1.25),
+        ("_still", 0.25),
+        ("_body_head", 0.52),
+    ):
         assert rows["stopped_time_ratio" + end]["value"] == pytest.approx(expected)
     assert holds("stopped_time_ratio", 0.65) and not holds("stopped_time_ratio", 0.71)
     assert rows["stopped_time_off"]["value"] == pytest.approx(0.32) == rows["stopped_close_off"]["value"]
@@ -119,7 +127,7 @@ def test_rows_of_episodes() -> None:
 
 
 def test_the_interval_of_a_ratio_is_that_of_people_with_all_their_seeds() -> None:
-    made = {"off": 40, "speed": 20, "head": 50, "body": 26, "still": 10}
+    made = {"off": 40, "alike": 32, "speed": 20, "head": 50, "body": 26, "still": 10}
     alike = {"one": case(made), "one, seed 1": case(made | {"speed": 40})}  # one person: nothing can be drawn otherwise
     rows = loop_rows(alike)
     ends = [rows[f"stopped_time_ratio_speed_{end}"]["value"] for end in ("low", "high")]
@@ -127,3 +135,11 @@ def test_the_interval_of_a_ratio_is_that_of_people_with_all_their_seeds() -> Non
     rows = loop_rows(alike | {"two": case(made | {"speed": 10}), "three": case(made | {"speed": 36})})
     low, high = (rows[f"stopped_time_ratio_speed_{end}"]["value"] for end in ("low", "high"))
     assert low == pytest.approx(0.25) and high == pytest.approx(0.9)  # all of them the one, or the other
+
+
+def test_the_variant_alike_differs_from_off_by_the_hysteresis_alone() -> None:
+    each = LoopBench(3.0).settings.safety
+    off, alike = (jax.tree.map(lambda a, k=k: a[k], each) for k in map(VARIANTS.index, ("off", "alike")))
+    assert alike.safety.zone.hysteresis == off.safety.zone.measured_hysteresis < off.safety.zone.hysteresis
+    same = eqx.tree_at(lambda uses: uses.safety.zone.hysteresis, alike, off.safety.zone.hysteresis)
+    assert all(bool(a == b) for a, b in zip(jax.tree.leaves(same), jax.tree.leaves(off), strict=True))

@@ -149,7 +149,7 @@ def test_a_stop_beside_somebody_who_stands_is_left_nearer() -> None:
         return monitor(PARAMS, state, d, 0 * d, jnp.asarray(0.05), DT, coming=told)
 
     assert PARAMS.zone.measured_hysteresis < PARAMS.zone.hysteresis
-    for more, left in ((0.04, False), (0.06, True)):
+    for more, left in ((PARAMS.zone.measured_hysteresis - 0.01, False), (PARAMS.zone.measured_hysteresis + 0.01, True)):
         state = step(initial_zone(jnp.float64), jnp.asarray([ends - 0.01]))[0]
         assert state.zone == STOP
         for _ in range(20):

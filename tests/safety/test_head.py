@@ -9,7 +9,7 @@ from hrcjax.safety import GREEN, HEAD_NEAR, STOP, SafetyParams, initial_zone, mo
 from hrcjax.safety.head import MARGIN, head_limit
 
 PARAMS = SafetyParams()
-STOPS, MORE = PARAMS.zone.head_stop, PARAMS.zone.measured_hysteresis
+STOPS, MORE = PARAMS.zone.head_stop, PARAMS.zone.head_hysteresis
 DT = 0.008
 limits = jax.jit(lambda zone, d: head_limit(PARAMS, zone, d))
 
