@@ -54,6 +54,8 @@ EVERY = 12
 """Images between two in which all visible surfaces are compared."""
 FAR_OFF, FEWEST = 0.1, 10
 """Error of a place that is wrong [m], and visible places by which an image is judged [1]."""
+CLEAR = 1.5
+"""Times that shoulders are nearer to those of one side than of the other, by which it is clear which side they are [1]."""
 REACTION, PERIOD = 0.1, 1 / 30
 """Reaction time of the safety layer, and time between two images [s]."""
 
@@ -115,7 +117,7 @@ def measured(seen: dict[str, NDArray], variant: str) -> dict[str, NDArray]:
     steps = np.linalg.norm(np.diff(true, axis=0), axis=-1) / np.diff(seen["stamps"])[:, None]
     found = {
         "clean": steps.max() < FASTEST, "frames": frames, "error": error, "outside": outside, "visible": visible, "tracked": fit.tracked, "age": fit.age,
-        "explained": fit.explained, "exchanged": other < own, "seconds": seconds, "joints": fit.joints, "true_joints": true,
+        "explained": fit.explained, "exchanged": other < own, "clear": np.maximum(own, other) > CLEAR * np.minimum(own, other), "seconds": seconds, "joints": fit.joints, "true_joints": true,
         "place_deviation": np.sqrt(np.trace(fit.place_covariance, axis1=-2, axis2=-1)), "lengths": fit.lengths,
         "count": seen["mask"].sum(1), "stamps": seen["stamps"], "wrong": wrong_images(seen, fit),
     }  # fmt: skip

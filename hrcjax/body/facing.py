@@ -5,8 +5,8 @@ import jax.numpy as jnp
 
 from hrcjax.body.skeleton import HIP, LEFT, RIGHT
 from hrcjax.body.state import KNOWN, PLACES, BodyState
-from hrcjax.numerics import unit
-from hrcjax.typing import Array, Bool, Float
+from hrcjax.numerics import safe_norm, unit
+from hrcjax.typing import Array, Bool, Float, Scalar
 
 OTHER_SIDE = (0, 1, 2, 4, 3, 6, 5, 8, 7, 10, 9)
 """Every joint's like on the other side."""
@@ -23,6 +23,10 @@ SETTLE = 0.3
 TURNED = -1.0
 """Evidence under which left and right are exchanged [1]."""
 
+FASTEST_TURN = 7.0
+"""No trunk turns faster: recorded people do not over 2, tracks that are right do not over 4 with their noise, and fits that go over to another
+body do over 7 [rad/s]."""
+
 
 def facing_evidence(joints: Float[Array, "joint 3"], speeds: Float[Array, "joint 3"]) -> Float[Array, ""]:
     """How much speaks for the body facing as its left and right say; negative: it faces the other way [1]."""
@@ -36,6 +40,17 @@ def facing_evidence(joints: Float[Array, "joint 3"], speeds: Float[Array, "joint
         back = (0.5 * (joints[shoulder] + joints[wrist]) - joints[elbow]) @ forward
         evidence = evidence + ELBOW * jnp.clip(back / ELBOW_BACK, -1.0, 1.0)
     return evidence
+
+
+def spun(before: Float[Array, "joint 3"], after: Float[Array, "joint 3"], dt: Scalar) -> Bool[Array, ""]:
+    """Whether the line of the shoulders has turned faster than a person's does.
+
+    Args:
+        dt: time between the two bodies [s].
+    """
+    chord = safe_norm(unit(after[LEFT[0]] - after[RIGHT[0]]) - unit(before[LEFT[0]] - before[RIGHT[0]]))
+    half = 0.5 * FASTEST_TURN * jnp.asarray(dt, chord.dtype)
+    return chord > 2.0 * jnp.sin(jnp.minimum(half, 0.5 * jnp.pi))
 
 
 def turned_round(state: BodyState, turn: Bool[Array, ""]) -> BodyState:

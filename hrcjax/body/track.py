@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, turned_round
+from hrcjax.body.facing import OTHER_PART, SETTLE, TURNED, facing_evidence, spun, turned_round
 from hrcjax.body.guess import EVERY, FRONT, KINDS, farthest_hand, guess_bodies, poles, reaching_arm
 from hrcjax.body.least_squares import Problem, cost, fit_body, inverse_spd, joined, normal_equations, split
 from hrcjax.body.motion import averaged_scatter, corrected, predict
@@ -173,8 +173,9 @@ def _follow(
     gain = jnp.minimum(dt / SETTLE, 1.0)
     facing = state.facing + gain * (facing_evidence(after.joints, after.speeds) - state.facing)
     turn = facing < TURNED
-    # a body turned round is a new one: what left and right were is not to be relied on
-    fresh = jnp.where(turn, -facing, facing), jnp.where(turn, 0.0, after.age)
+    # a body turned round is a new one: what left and right were is not to be relied on; so is one that turns as nobody does
+    new = turn | spun(state.joints, after.joints, dt)
+    fresh = jnp.where(turn, -facing, facing), jnp.where(new, 0.0, after.age)
     after = eqx.tree_at(lambda s: (s.facing, s.age), after, fresh)
     near = near._replace(part=jnp.where(turn, jnp.asarray(OTHER_PART, jnp.int32)[near.part], near.part))
     return turned_round(after, turn), near

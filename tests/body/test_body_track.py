@@ -8,10 +8,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from standing import SEEN_FROM, gaps, person_of, pose, surface_points
 
 from hrcjax.body import BodyFit, BodyParams, BodyState, Landmarks, initial_body, joints_of, part_capsules, track_body
+from hrcjax.body.facing import spun
 from hrcjax.body.least_squares import joined, split
+from hrcjax.body.state import PLACES
 from hrcjax.body.track import next_rivals
 from hrcjax.numerics import unrolled_options
 
@@ -158,3 +161,32 @@ def test_a_body_is_replaced_when_others_are_fitted_and_not_before(followed: tupl
         replaced = float(after.age) == 0
         assert replaced == (turn == params.rival_frames - 1)
         assert (float(jnp.max(jnp.abs(after.joints - state.joints))) < 0.05) == replaced
+
+
+@pytest.mark.parametrize(
+    "speed, dt, expected",
+    [(6.5, 0.033, False), (7.5, 0.033, True), (-7.5, 0.1, True), (6.5, 0.3, False), (9.0, 3.0, False)],
+)
+def test_a_body_that_turns_as_nobody_does_is_a_new_one(speed: float, dt: float, expected: bool) -> None:
+    """Turned about the vertical by SciPy; after half a turn nobody can say how fast."""
+    before = np.array(joints_of(person_of(pose()))[0], float)
+    after = Rotation.from_euler("z", speed * dt).apply(before)
+    assert bool(spun(jnp.asarray(before, jnp.float32), jnp.asarray(after, jnp.float32), dt)) == expected
+
+
+def test_a_track_whose_fit_turns_quickly_is_young_again(followed: tuple[BodyState, list[BodyFit]]) -> None:
+    """The track is a tenth of a turn beside the points, which pull it back in one frame."""
+    state = followed[0]
+    cloud = surface_points(pose(), seed=20)
+    points = jnp.asarray(np.concatenate([cloud, np.zeros((320 - len(cloud), 3))]), jnp.float32)
+    for turn, young in ((0.0, False), (0.6, True)):
+        turned = Rotation.from_euler("z", turn).as_matrix().astype(np.float32)
+        middle = state.joints[0] * jnp.asarray([1.0, 1.0, 0.0], jnp.float32)
+        loose = state.covariance + 0.3 * jnp.diag((jnp.arange(state.covariance.shape[0]) < PLACES).astype(jnp.float32))
+        beside = eqx.tree_at(
+            lambda s: (s.joints, s.covariance, s.turn),
+            state,
+            ((state.joints - middle) @ turned.T + middle, loose, jnp.asarray(0, jnp.int32)),  # no other body is taken
+        )
+        after, _ = program()(beside, points, jnp.arange(320) < len(cloud), none_found())
+        assert (float(after.age) < 2 * DT) == young

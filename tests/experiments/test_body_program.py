@@ -63,7 +63,7 @@ def _case(wrong: slice, frames: int = 60) -> dict[str, np.ndarray]:
     speed = np.zeros(len(compared))
     return {
         "clean": np.asarray(True), "frames": compared, "error": error, "outside": some, "visible": some, "tracked": every, "age": np.arange(frames) / 30 + 1,
-        "explained": np.ones(frames), "exchanged": ~every, "seconds": np.full(frames, 0.002), "count": np.full(frames, 100),
+        "explained": np.ones(frames), "exchanged": ~every, "clear": every, "seconds": np.full(frames, 0.002), "count": np.full(frames, 100),
         "region": speed, "true_region": speed, "sure": speed + 1, "speed": speed, "bound": speed + 0.5, "true_speed": speed,
         "true_most": speed, "point_speed": speed, "looked": compared, "wrong": ~every,
         "known": np.ones((len(compared), 10), bool), **deviations(len(compared)),
@@ -89,6 +89,10 @@ def test_a_wrong_track_that_counts_as_sure_and_exchanged_sides_are_found() -> No
         "age": np.where(np.arange(60) < 30, 1.0 + np.arange(60) / 30, np.arange(60) / 30 + 0.1)
     }  # age falls: another track
     assert exchanges(anew) == 0
+    quarter = case | {"clear": np.arange(60) < 30}
+    assert exchanges(quarter) == 0 and exchanges(quarter, clear=False) == 1
+    through = case | {"clear": abs(np.arange(60) - 30) > 4}
+    assert exchanges(through) == 1
     young = case | {"age": np.arange(60) / 30}
     assert exchanges(young) == 1 and exchanges(young, sure_images(young)) == 0
     rows = all_rows({"full": {"somebody": case}, "cold": {"somebody": case}})
