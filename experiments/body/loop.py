@@ -26,7 +26,7 @@ from .real_speed import real_exposure
 SCENE = "robotica"
 EXPLAINED = {
     "off": "the body is not used: assumed speeds, the most sensitive region, the head is not watched",
-    "alike": "the same, but zones are relaxed as near to their thresholds as measured ones are",
+    "alike": "the body is not used, and zones are relaxed as near to their thresholds as measured ones are",
     "speed": "measured speeds and regions alone",
     "head": "the stop near the head alone",
     "body": "all of it",

@@ -37,10 +37,10 @@ DEFINITIONS = {
     "stopped_time_ratio_speed": "the same with measured speeds and regions over assumed ones, the head watched in neither: what measured speeds bring",
     "stopped_time_ratio_speed_low": "lower end of its 95 % interval, people drawn anew with all their seeds",
     "stopped_time_ratio_speed_high": "upper end",
-    "stopped_time_ratio_alike": "the same, but without them too zones are relaxed as near to their thresholds: what speeds bring without the smaller hysteresis",
     "stopped_time_ratio_head": "the same of the stop near the head alone",
     "stopped_time_ratio_still": "the same as if everybody stood still, which is not safe: the most that measured speeds could bring",
     "stopped_time_ratio_body_head": "the same, the head watched in both",
+    "stopped_time_ratio_alike": "time in a stop with measured speeds and regions over that of `alike`, where zones are relaxed as near to their thresholds: what speeds bring without the smaller hysteresis",
     "stopped_close_ratio": "time in a stop with somebody too near, with all of the body over that without: without the wait for them to stay away, which the hysteresis asks for, and without heads",
     "stopped_close_ratio_speed": "the same with measured speeds and regions alone",
     "excess_speed_with": "largest excess of speed with all of the body, by the person's real speed",
@@ -127,10 +127,10 @@ def loop_rows(cases: Mapping[str, Case]) -> Rows:
     pairs = {
         "": ("body", "off"),
         "_speed": ("speed", "off"),
-        "_alike": ("speed", "alike"),
         "_head": ("head", "off"),
         "_still": ("still", "off"),
         "_body_head": ("body", "head"),
+        "_alike": ("speed", "alike"),
     }
     for end, (one, other) in pairs.items():
         if stopped[other] > 0:

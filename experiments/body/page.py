@@ -26,8 +26,8 @@ capsules of the person are for the measures alone. Research software, not safety
   Geman and McClure's weights, correction as Kalman's filter. The covariance is that of the normal equations. An arm whose points nobody
   explains is tried elsewhere, by these points and by its own. Where a track is young, or explains less than 90 % of the points, two other
   bodies are fitted beside it, from first guesses over three frames; then the better one by points and priors stays.
-* **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round. A trunk that turns by over 7 rad/s is
-  a fit that goes over to another body, and begins a new track.
+* **Left and right** are told by which way arms and trunk bend; a body that faces the other way for long is turned round. Shoulders that turn by over 7 rad/s are
+  a fit that goes over to another body: the track's age begins anew.
 * **Speeds** count where the track is older than 1 s, in which other bodies are still tried, explains 85 % of the points, and every part that may be the nearest is seen and
   known to 4 cm; elsewhere 1.6 m/s is assumed. The bound is the measured speed, 2.5 standard deviations, and 4 m/s^2 over the reaction time.
 * **Deviations of speeds**: the filter is told accelerations and noise of points larger than they mostly are, so that it is quick; their
@@ -42,8 +42,8 @@ capsules of the person are for the measures alone. Research software, not safety
   nearer, it counts. In red the contact speed is that of the regions that may be nearest, and under 0.5 m from the head the arm stops,
   by points that have their own rows towards the head (`hrcjax/safety/head.py`): the arm brakes before, so that it does not bring the stop about itself, and
   in the stop the points near the head go away from it. Measured zones are relaxed 2 cm beyond their thresholds, assumed ones 10 cm:
-  the arm then stops for a shorter time, and more often (`stops_`); v(d) is 0 where a stop ends, so that nothing jumps. The 2 cm were chosen among 5, 3, 2
-  and 0 cm beside seven of these people with the seeds 10 to 12; `alike` is the arm without measured speeds with the same 2 cm: part of the gain is the hysteresis. The age of 1 s was chosen
+  the arm then stops for a shorter time, and more often (`stops_`), and other zones change more often too. v(d) bounds the arm in every zone, and is at most 0.08 m/s where a stop ends. The 2 cm were chosen among 5, 3, 2
+  and 0 cm beside seven of these people with the seeds 10 to 12; `alike` is the arm without measured speeds with the same 2 cm: part of the gain is the hysteresis. (It always has them, the others only where they measure.) The age of 1 s was chosen
   with these people at seed 0, as younger tracks were wrong in up to eight images in a row.
   Without a sure track all is as without a body.
 * **Episodes** (rows of the loop): the arm of the papers' cell in mode "both" beside the same people, in six variants of one program that

@@ -34,9 +34,10 @@ DEFINITIONS = {
     "whole_error": "the same of all places on their outside, seen or not, inside the box that is looked at",
     "sure_error": "the visible ones where the track is older than 1 s and explains 85 % of the points",
     "exchanged_share": "tracked images in which left and right are exchanged",
-    "exchanges": "times that left and right are exchanged, or back, within a track, the first second in which it is still looked for included: both shoulders together are 1.5 times as near to those of the other side as to their own, or back",
-    "exchanges_nearer": "the same, nearer by anything: of a body a quarter turn off it is chance to which side it is nearer",
-    "exchanges_sure": "the same of sure tracks, which are what counts in the loop",
+    "exchanges": "times that left and right are exchanged, or back, within a track, the first second in which it is still looked for included: both shoulders together are 1.5 times as near to those of the other side as to their own, or back; a body that is turned by 67 to 113 degrees is neither, and what a new track changes is not counted",
+    "exchanges_sure": "times that the shoulders become nearer to those of the other side, by anything, or back, within a track while it is sure, which is what counts in the loop",
+    "exchanges_nearer": "the same of all tracks: of a body a quarter turn off it is chance to which side it is nearer",
+    "exchanges_anew": "as `exchanges`, with those at which a track, or its age, begins anew: while a body is looked for both facings are tried",
     "unnoticed_frames_max": "images in a row in which half of the visible places are over 10 cm off and the track counts as sure; every image is looked at",
     "region_right": "body region of the part nearest to the arm is the exact one, where there is a track",
     "region_right_sure": "the same where the track is sure",
@@ -121,16 +122,18 @@ def unnoticed(case: Case) -> int:
     return longest
 
 
-def exchanges(case: Case, of: NDArray | None = None, clear: bool = True) -> int:
+def exchanges(case: Case, of: NDArray | None = None, clear: bool = True, anew: bool = False) -> int:
     """Times that left and right change within a track, from one of the images to the next of them.
 
     Args:
         of: images that count; None: those with a track.
         clear: whether images in which the shoulders are nearly as near to those of either side, as a quarter turn off, are passed over.
+        anew: whether a change counts with which a track or its age begins anew, if no image between is without a track.
     """
     some = case["tracked"].astype(bool) if of is None else of & case["tracked"].astype(bool)
     some = np.flatnonzero(some & case["clear"] if clear else some)
-    begun = np.cumsum(~case["tracked"].astype(bool) | (np.diff(case["age"], prepend=-1.0) <= 0))  # number of the track
+    begins = ~case["tracked"].astype(bool)
+    begun = np.cumsum(begins if anew else begins | (np.diff(case["age"], prepend=-1.0) <= 0))  # number of the track
     same = begun[some[1:]] == begun[some[:-1]]
     return int((same & (case["exchanged"][some[1:]] != case["exchanged"][some[:-1]])).sum())
 
@@ -150,8 +153,9 @@ def track_rows(cases: Mapping[str, Case], end: str = "") -> Rows:
         rows |= _quantiles(name, joined([errors(c, where) for c in each]), "mm", 1e3)
     rows["exchanged_share"] = row(exchanged[tracked].mean() if tracked.any() else 0.0)
     rows["exchanges"] = row(sum(exchanges(c) for c in each), "times")
+    rows["exchanges_sure"] = row(sum(exchanges(c, sure_images(c), clear=False) for c in each), "times")
     rows["exchanges_nearer"] = row(sum(exchanges(c, clear=False) for c in each), "times")
-    rows["exchanges_sure"] = row(sum(exchanges(c, sure_images(c)) for c in each), "times")
+    rows["exchanges_anew"] = row(sum(exchanges(c, anew=True) for c in each), "times")
     rows["unnoticed_frames_max"] = row(max(unnoticed(c) for c in each), "frames")
     rows |= _quantiles("frame_ms", joined([c["seconds"] for c in each]), "ms", 1e3)
     return {name + end: entry for name, entry in rows.items()}

@@ -164,6 +164,6 @@ def watched(config: RunConfig, model: Classifier, params: CommandParams) -> int:
             progress.advance()
     print(aligned([["time [s]", "command", "arm"], *lines], "><<"))
     print(
-        f"\n{count} frames, a hand in {hands}; {len(lines)} commands. The arm stands at the begin. Overlays: {config.out}"
+        f"\n{count} frames, a hand in {hands}; {len(lines)} commands. The arm stands at the beginning. Overlays: {config.out}"
     )
     return 0

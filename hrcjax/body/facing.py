@@ -24,8 +24,10 @@ TURNED = -1.0
 """Evidence under which left and right are exchanged [1]."""
 
 FASTEST_TURN = 7.0
-"""No trunk turns faster: recorded people do not over 2, tracks that are right do not over 4 with their noise, and fits that go over to another
-body do over 7 [rad/s]."""
+"""Nobody beside a robot turns their shoulders faster: recorded people do not over 2, tracks that are right do not over 4 with their noise, and fits
+that go over to another body do over 7 [rad/s]."""
+LEAST_TIME = 1 / 30
+"""Images nearer together in time count as so far apart: the noise of a fit does not shrink with the time between two [s]."""
 
 
 def facing_evidence(joints: Float[Array, "joint 3"], speeds: Float[Array, "joint 3"]) -> Float[Array, ""]:
@@ -48,9 +50,9 @@ def spun(before: Float[Array, "joint 3"], after: Float[Array, "joint 3"], dt: Sc
     Args:
         dt: time between the two bodies [s].
     """
-    chord = safe_norm(unit(after[LEFT[0]] - after[RIGHT[0]]) - unit(before[LEFT[0]] - before[RIGHT[0]]))
-    half = 0.5 * FASTEST_TURN * jnp.asarray(dt, chord.dtype)
-    return chord > 2.0 * jnp.sin(jnp.minimum(half, 0.5 * jnp.pi))
+    one, other = (unit(joints[LEFT[0]] - joints[RIGHT[0]]) for joints in (before, after))
+    most = FASTEST_TURN * jnp.maximum(jnp.asarray(dt, one.dtype), LEAST_TIME)
+    return (most < jnp.pi) & (safe_norm(other - one) > 2.0 * jnp.sin(0.5 * most))
 
 
 def turned_round(state: BodyState, turn: Bool[Array, ""]) -> BodyState:

@@ -103,7 +103,7 @@ def normal_equations(
 def inverse_spd(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
     """The inverse of a symmetric positive definite matrix, by Gauss and Jordan's sweeps, one pivot after the other.
 
-    A library's triangular solve of 46 columns starts threads, which wait for each other for 30 ms where cores are busy; this takes 0.03 ms.
+    A library's triangular solve of 46 columns starts threads, which wait for each other for 30 ms where cores are busy; this takes 0.03 ms within a program.
 
     Not finite if: A is singular.
     """

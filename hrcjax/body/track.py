@@ -173,7 +173,7 @@ def _follow(
     gain = jnp.minimum(dt / SETTLE, 1.0)
     facing = state.facing + gain * (facing_evidence(after.joints, after.speeds) - state.facing)
     turn = facing < TURNED
-    # a body turned round is a new one: what left and right were is not to be relied on; so is one that turns as nobody does
+    # a body turned round is a new one: what left and right were is not to be relied on. The age of one that turns as nobody does begins anew
     new = turn | spun(state.joints, after.joints, dt)
     fresh = jnp.where(turn, -facing, facing), jnp.where(new, 0.0, after.age)
     after = eqx.tree_at(lambda s: (s.facing, s.age), after, fresh)

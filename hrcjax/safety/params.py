@@ -34,8 +34,8 @@ class ZoneParams(eqx.Module):
     hysteresis: float = 0.1
     """How much farther than a threshold the person must be before a zone is relaxed [m]."""
     measured_hysteresis: float = 0.02
-    """The same beyond thresholds of measured speeds, which hold their uncertainty already. Where a stop ends v(d) is 0, so that little is
-    needed: with less the arm stops more often, and for less time [m]."""
+    """The same beyond thresholds of measured speeds, which hold their uncertainty already; our choice. v(d) bounds the arm in every zone, and
+    where a stop ends it is at most 0.08 m/s: with less the arm stops more often, and for less time [m]."""
     head_hysteresis: float = 0.05
     """The same beyond `head_stop` of a head whose place is measured; our choice [m]."""
     relax_time: float = 0.1

@@ -164,13 +164,16 @@ def test_a_body_is_replaced_when_others_are_fitted_and_not_before(followed: tupl
 
 
 @pytest.mark.parametrize(
-    "speed, dt, expected",
-    [(6.5, 0.033, False), (7.5, 0.033, True), (-7.5, 0.1, True), (6.5, 0.3, False), (9.0, 3.0, False)],
-)
-def test_a_body_that_turns_as_nobody_does_is_a_new_one(speed: float, dt: float, expected: bool) -> None:
+    "angle, dt, expected",
+    [
+        (0.21, 1 / 30, False), (0.26, 1 / 30, True), (-0.75, 0.1, True), (1.95, 0.3, False), (3.1, 3.0, False),
+        (0.1, 0.0, False), (0.1, 0.002, False), (0.26, 0.002, True),  # noise of a fit is as large however near two images are
+    ],
+)  # fmt: skip
+def test_a_body_that_turns_as_nobody_does_is_found(angle: float, dt: float, expected: bool) -> None:
     """Turned about the vertical by SciPy; after half a turn nobody can say how fast."""
     before = np.array(joints_of(person_of(pose()))[0], float)
-    after = Rotation.from_euler("z", speed * dt).apply(before)
+    after = Rotation.from_euler("z", angle).apply(before)
     assert bool(spun(jnp.asarray(before, jnp.float32), jnp.asarray(after, jnp.float32), dt)) == expected
 
 

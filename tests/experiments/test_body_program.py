@@ -88,7 +88,8 @@ def test_a_wrong_track_that_counts_as_sure_and_exchanged_sides_are_found() -> No
     anew = case | {
         "age": np.where(np.arange(60) < 30, 1.0 + np.arange(60) / 30, np.arange(60) / 30 + 0.1)
     }  # age falls: another track
-    assert exchanges(anew) == 0
+    assert exchanges(anew) == 0 and exchanges(anew, anew=True) == 1
+    assert exchanges(anew | {"tracked": np.arange(60) != 29}, anew=True) == 0
     quarter = case | {"clear": np.arange(60) < 30}
     assert exchanges(quarter) == 0 and exchanges(quarter, clear=False) == 1
     through = case | {"clear": abs(np.arange(60) - 30) > 4}
