@@ -30,10 +30,17 @@ class SplitParams(NamedTuple):
     """Share of the free rays that a shape may claim before the same [1]."""
     off: int = 12
     """Pixels that are not of the shape's surface before the same [1]."""
+    cover: float = 0.01
+    """How far outside of its shape something of a thing may be: farther, the shape describes less than what was measured, and two are tried;
+    what still has such a shape at the end is kept as points [m]."""
     worst_residual: float = 0.01
     """Root mean square distance of the points from the best shape at which a thing is kept as points [m]."""
     worst_claim: float = 0.1
     """Share of the free rays about a thing that the best shape may claim before it is kept as points [1]."""
+    loose: float = 0.5
+    """Share of a divided group's points in parts that no shape describes over which it is kept whole [1]."""
+    handed: float = 0.5
+    """Share of its points that must be on the surface of a neighbour for a thing to hand them over [1]."""
     near: float = 0.025
     """Things with points nearer than this to each other are tried as one [m]."""
     alike: float = 1.1
@@ -57,8 +64,11 @@ def image_parts(
     view: View, index: int, above: Bool[np.ndarray, "height width"], labels: Int[np.ndarray, "height width"], params: SplitParams
 ) -> list[Part]:  # fmt: skip
     """Parts of one image that hang together over its four neighbours without an edge, within one detection."""
-    height, width = above.shape
-    number = np.arange(height * width).reshape(height, width)
+    own = np.flatnonzero(above)
+    if len(own) == 0:
+        return []
+    number = np.zeros(above.shape, int)
+    number.flat[own] = np.arange(len(own))
     pairs = []
     for a, b in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
         step = np.abs(view.depth[a] - view.depth[b])
@@ -67,11 +77,10 @@ def image_parts(
         joined = above[a] & above[b] & (step < limit) & (labels[a] == labels[b])
         pairs.append(np.stack([number[a][joined], number[b][joined]]))
     first, second = np.concatenate(pairs, axis=1)
-    graph = coo_matrix((np.ones(len(first), bool), (first, second)), shape=(number.size,) * 2)
+    graph = coo_matrix((np.ones(len(first), bool), (first, second)), shape=(len(own),) * 2)
     component = connected_components(graph, directed=False)[1]
-    own = np.flatnonzero(above)
-    order = own[np.argsort(component[own], kind="stable")]
-    groups = np.split(order, np.flatnonzero(np.diff(component[order])) + 1)
+    order = np.argsort(component, kind="stable")
+    groups = np.split(own[order], np.flatnonzero(np.diff(component[order])) + 1)
     flat = labels.ravel()
     return [Part(index, g, int(flat[g[0]])) for g in groups if len(g) >= params.least_pixels]
 

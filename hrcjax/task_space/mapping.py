@@ -85,7 +85,7 @@ def _instance(name: str, one: Explained, params: TaskSpaceParams) -> Instance:
     if shaped(one, params.split):
         center, size, off, spread = (np.asarray(x, float) for x in (fit.center, fit.size, fit.center_deviation, fit.size_deviation))  # fmt: skip
         return Instance(name, kind, center, size, float(fit.yaw), off, spread, float(fit.residual), float(fit.claimed), place)  # fmt: skip
-    lower, upper = np.asarray(seen.lower, float), np.asarray(seen.upper, float)
+    lower, upper = place.min(0), place.max(0)
     if seen.stands:
         lower[2] = 0.0
     nothing = np.full(3, np.inf)
@@ -102,19 +102,23 @@ def above_table(view: View, table: Table, params: TaskSpaceParams) -> Bool[np.nd
     return steady(view) & (height > least) & (height < params.ceiling)
 
 
-def on_table(
-    view: View, table: Table, labels: Int[np.ndarray, "height width"], params: TaskSpaceParams
-) -> Bool[np.ndarray, "height width"]:
-    """Pixels of things on the table: those over it or up to `edge` beside it, and what hangs together with them beyond that, if it ends
-    within `overhang`. The view is in the table's frame."""
+def parts_on_table(
+    view: View, index: int, table: Table, labels: Int[np.ndarray, "height width"], params: TaskSpaceParams
+) -> list[Part]:
+    """Parts of an image that are on the table: what is over it or up to `edge` beside it, and hangs together; with what hangs together
+    with that beyond `edge`, if it ends within `overhang`. The view is in the table's frame."""
     above = above_table(view, table, params)
-    place = points(view)[..., :2]
-    near, reached = inside(table.corners, place, params.edge), inside(table.corners, place, params.overhang)
-    found = above & near
-    for part in image_parts(view, 0, above, labels, params.split):
-        if near.ravel()[part.pixels].any() and reached.ravel()[part.pixels].all():
-            found.flat[part.pixels] = True
-    return found
+    place = points(view).reshape(-1, 3)[:, :2]
+    whole, cut = [], np.zeros(above.size, bool)
+    for part in image_parts(view, index, above, labels, params.split):
+        near = inside(table.corners, place[part.pixels], params.edge)
+        if near.any() and inside(table.corners, place[part.pixels], params.overhang).all():
+            whole.append(part)
+        else:
+            cut[part.pixels] = near
+    if cut.any():  # what is left may hang together no more
+        whole += image_parts(view, index, cut.reshape(above.shape), labels, params.split)
+    return sorted(whole, key=lambda part: part.pixels[0])
 
 
 def map_table(
@@ -143,7 +147,7 @@ def map_table(
     parts = [
         part
         for k, view in enumerate(own)
-        for part in image_parts(view, k, on_table(view, table, labels[k], params), labels[k], params.split)
+        for part in parts_on_table(view, k, table, labels[k], params)
     ]
     flat = [points(view).reshape(-1, 3) for view in own]
     places = [flat[part.view][part.pixels] for part in parts]

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from hrcjax.task_space.choice import best_shape
+from hrcjax.task_space.coverage import left_out
 from hrcjax.task_space.evidence import evidence
 from hrcjax.task_space.instances import Part, SplitParams
 from hrcjax.task_space.shape_fit import OFF, Evidence, FitParams, Fitted
@@ -40,18 +41,23 @@ class Explained(NamedTuple):
     fit: Fitted
     score: float
     """Criterion for each point [1]."""
+    left_out: float
+    """How far outside of the shape something of it is [m]."""
 
 
 def shaped(one: Explained, split: SplitParams) -> bool:
     """Whether a thing is its shape, and not its points."""
-    return float(one.fit.residual) <= split.worst_residual and float(one.fit.claimed) <= split.worst_claim
+    near = float(one.fit.residual) <= split.worst_residual and one.left_out <= split.cover
+    return near and float(one.fit.claimed) <= split.worst_claim
 
 
-def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams) -> Explained:
+def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams) -> Explained:
     places = [flat[part.view][part.pixels] for part in parts]
     seen = evidence(views, parts, places)
     kind, fit, score = best_shape(seen, params)
-    return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1))
+    solid = kind, np.asarray(fit.center), np.asarray(fit.size), float(fit.yaw)
+    out = left_out(views, parts, flat, solid, bool(seen.stands), split.least_pixels)
+    return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1), out)
 
 
 def _score(things: Sequence[Explained]) -> float:
@@ -108,7 +114,7 @@ def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitP
 
 def _poor(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams) -> bool:
     """Whether a shape explains a group so badly that two are tried."""
-    if float(one.fit.normalised) > split.poor or float(one.fit.claimed) > split.claimed:
+    if float(one.fit.normalised) > split.poor or float(one.fit.claimed) > split.claimed or one.left_out > split.cover:
         return True
     return sum(int(off.sum()) for off in _off(views, one, flat, params)) >= split.off
 
@@ -125,7 +131,7 @@ def _as_two(
             halves = _sides(one.parts, side, split.least_pixels)
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
                 break
-            two = tuple(_fitted(views, half, flat, params) for half in halves)
+            two = tuple(_fitted(views, half, flat, params, split) for half in halves)
             score = _score(two)
             if score < least:
                 best, least = two, score
@@ -142,7 +148,7 @@ def explain(
     Args:
         flat: points of all pixels of every view [m].
     """
-    whole = _fitted(views, parts, flat, params)
+    whole = _fitted(views, parts, flat, params, split)
     open_, done = [whole], []
     for _ in range(split.most):
         poor = [one for one in open_ if _poor(views, one, flat, params, split)]
@@ -158,7 +164,7 @@ def explain(
             break
     done += open_
     loose = sum(len(one.place) for one in done if not shaped(one, split))
-    return [whole] if len(done) > 1 and loose > len(whole.place) / 2 else done
+    return [whole] if len(done) > 1 and loose > split.loose * len(whole.place) else done
 
 
 def rejoin(
@@ -179,7 +185,7 @@ def rejoin(
             return every
         a, b = (every[k] for k in pair)
         tried.append((a, b))
-        one = _fitted(views, a.parts + b.parts, flat, params)
+        one = _fitted(views, a.parts + b.parts, flat, params, split)
         if one.score <= split.alike * _score((a, b)) and not _poor(views, one, flat, params, split):
             every = [other for k, other in enumerate(every) if k not in pair] + [one]
 
@@ -207,9 +213,9 @@ def hand_over(
             stays.append(_from(b, place) > OFF * np.hypot(spread, params.model))
         own, given = _sides(a.parts, stays, split.least_pixels)
         left = sum(len(part.pixels) for part in own)
-        if left < split.least_pixels or left > len(a.place) / 2:
+        if left < split.least_pixels or left > (1 - split.handed) * len(a.place):
             continue
-        two = _fitted(views, own, flat, params), _fitted(views, b.parts + given, flat, params)
+        two = _fitted(views, own, flat, params, split), _fitted(views, b.parts + given, flat, params, split)
         if all(shaped(one, split) for one in two) and common_depth(*map(_solid, two)) < through:
             every[poorer], every[better] = two
     return every
