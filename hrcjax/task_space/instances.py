@@ -24,8 +24,8 @@ class SplitParams(NamedTuple):
     """Share of the smaller part's cells that must be the larger one's too [1]."""
     least_pixels: int = 12
     """Smaller parts are noise [1]."""
-    poor: float = 0.9
-    """Root mean square of normalised residuals over which a thing is tried as two: seen aslant, they are less than 1 [1]."""
+    poor: float = 1.0
+    """Root mean square of residuals, over what noise makes of them, over which a thing is tried as two [1]."""
     claimed: float = 0.01
     """Share of the free rays that a shape may claim before the same [1]."""
     off: int = 12

@@ -2,7 +2,7 @@
 
 Residuals, each over its standard deviation: the signed distance of every measured point; how deep every ray along which free
 space was seen would pass through the shape; for a thing seen down to the table, the height of its lower end; and weakly its
-size and middle against the extent of the points, as a side that nobody saw is bounded by nothing else.
+ends along every axis against those of the points, as a side that nobody saw is bounded by nothing else.
 """
 
 from functools import partial
@@ -37,7 +37,7 @@ class FitParams(eqx.Module):
     stand: float = 0.002
     """Standard deviation of the lower end of a thing that stands on the table [m]."""
     size: float = 0.05
-    """Standard deviation of sizes and of the centre about the extent of the points [m]."""
+    """Standard deviation of half extents and middles about those of the points; of both ends the same times the root of 2 [m]."""
     robust: float = 3.0
     """Residuals over this count less, by Cauchy's law [1]."""
 
@@ -78,8 +78,6 @@ class Fitted(NamedTuple):
     """Sum of the squares of all residuals, large ones by Cauchy's law [1]."""
     residual: Float[Array, ""]
     """Root mean square of the points' distances from the surface [m]."""
-    normalised: Float[Array, ""]
-    """Root mean square of the points' residuals, by Cauchy's law [1]."""
     claimed: Float[Array, ""]
     """Share of the rays of free space that pass through the shape, deeper than two of their deviations [1]."""
     center_deviation: Float[Array, "3"]
@@ -151,10 +149,12 @@ def _parts(kind: int, params: FitParams, seen: Evidence, u: Array, start: Array)
     through = jnp.where(seen.free, jnp.maximum(-deepest, 0) / params.ray, 0)
     place, first, _ = solid_of(kind, start)
     lower = center[2] - size[2]
-    held = jnp.where(seen.stands, 1 / params.stand, 1 / params.size)
+    # all ends about those of the points, but for the lower one of what stands, which the table bounds
+    end = jnp.sqrt(jnp.asarray(2.0, size.dtype)) * params.size
+    upper, under = (center + size - place - first) / end, (center - size - place + first) / end
     # a sphere rests on the table or is above it
-    standing = jnp.where(seen.stands, lower, jnp.minimum(lower, 0)) * held
-    rest = jnp.concatenate([(size - first) / params.size, (center - place) / params.size, standing[None]])
+    standing = jnp.where(seen.stands, lower / params.stand, jnp.minimum(lower, 0) / params.size)
+    rest = jnp.concatenate([upper, under[:2], jnp.stack([jnp.where(seen.stands, 0, under[2]), standing])])
     return on, through, rest
 
 
@@ -219,7 +219,6 @@ def fit_shape(kind: int, params: FitParams, seen: Evidence) -> Fitted:
     return Fitted(
         center=center, size=size, yaw=yaw, cost=cost,
         residual=jnp.sqrt(jnp.sum((on * sigma) ** 2) / count_points),
-        normalised=jnp.sqrt(mild),
         claimed=jnp.sum(through > 2, dtype=on.dtype) / jnp.maximum(jnp.sum(seen.free, dtype=on.dtype), 1),
         center_deviation=deviations(to_center), size_deviation=deviations(to_size),
     )  # fmt: skip

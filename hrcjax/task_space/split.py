@@ -16,6 +16,7 @@ from hrcjax.task_space.choice import best_shape
 from hrcjax.task_space.coverage import left_out
 from hrcjax.task_space.evidence import evidence
 from hrcjax.task_space.instances import Part, SplitParams
+from hrcjax.task_space.misfit import misfit
 from hrcjax.task_space.shape_fit import OFF, Evidence, FitParams, Fitted
 from hrcjax.task_space.solid_distance import Solid, common_depth, solid_distances
 from hrcjax.task_space.view import View
@@ -41,6 +42,8 @@ class Explained(NamedTuple):
     fit: Fitted
     score: float
     """Criterion for each point [1]."""
+    misfit: float
+    """Root mean square of the points' residuals over what noise makes of them [1]."""
     left_out: float
     """How far outside of the shape something of it is [m]."""
 
@@ -57,7 +60,8 @@ def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params
     kind, fit, score = best_shape(seen, params)
     solid = kind, np.asarray(fit.center), np.asarray(fit.size), float(fit.yaw)
     out = left_out(views, parts, flat, solid, bool(seen.stands), split.least_pixels)
-    return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1), out)
+    each = score / max(int(np.sum(seen.mask)), 1)
+    return Explained(parts, np.concatenate(places), seen, kind, fit, each, misfit(views, parts, flat, solid, params), out)
 
 
 def _score(things: Sequence[Explained]) -> float:
@@ -114,7 +118,7 @@ def _off(views: list[View], one: Explained, flat: list[np.ndarray], params: FitP
 
 def _poor(views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams) -> bool:
     """Whether a shape explains a group so badly that two are tried."""
-    if float(one.fit.normalised) > split.poor or float(one.fit.claimed) > split.claimed or one.left_out > split.cover:
+    if one.misfit > split.poor or float(one.fit.claimed) > split.claimed or one.left_out > split.cover:
         return True
     return sum(int(off.sum()) for off in _off(views, one, flat, params)) >= split.off
 
@@ -171,7 +175,8 @@ def rejoin(
     views: list[View], every: list[Explained], flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> list[Explained]:
     """The same things, but for those that are parts of one: seen from different sides and with no cell in common, or cut by
-    something in front. Neighbours become one where one shape explains both as well as two do.
+    something in front. Neighbours become one where one shape explains both, and as well as two do; or the two pass through each other, as solids
+    cannot: two shapes of the same points always explain their noise better.
 
     Args:
         flat: points of all pixels of every view [m].
@@ -186,7 +191,9 @@ def rejoin(
         a, b = (every[k] for k in pair)
         tried.append((a, b))
         one = _fitted(views, a.parts + b.parts, flat, params, split)
-        if one.score <= split.alike * _score((a, b)) and not _poor(views, one, flat, params, split):
+        if _poor(views, one, flat, params, split):
+            continue
+        if one.score <= split.alike * _score((a, b)) or common_depth(_solid(a), _solid(b)) > OFF * float(params.model):
             every = [other for k, other in enumerate(every) if k not in pair] + [one]
 
 
