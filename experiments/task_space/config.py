@@ -1,7 +1,7 @@
 """Command-line options of the program."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from hrcjax.lab.configs import parse_config
@@ -29,8 +29,10 @@ Examples:
     python -m experiments.task_space --input path/to/recording --together --segmenter mask_rcnn.onnx --names coco.txt"""
 
 
-FRESH = 2000
+FRESH = 3000
 """Number of the first table of `TaskSpaceConfig.fresh`."""
+FILES = {"input": "FRAMES", "segmenter": "FILE", "names": "FILE", "json": "FILE", "page": "FILE"}
+"""What a command line shows in place of files and folders."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class TaskSpaceConfig:
     first: int = 0
     """With --evaluate: number of the first table; a table is drawn by its number."""
     fresh: int = 0
-    """With --evaluate: so many tables more, from number 2000 on, at which nobody has looked while the mapping was made; they have rows of their own, in the section task_space_fresh."""
+    """With --evaluate: so many tables more, from number 3000 on, at which nobody has looked while the mapping was made; they have rows of their own, in the section task_space_fresh."""
     images: int = 16
     """With --evaluate: images of each camera, whose mean is mapped."""
     together: bool = False
@@ -77,6 +79,20 @@ class TaskSpaceConfig:
     """Draw figures into the folder at the end."""
     overwrite: bool = False
     """Replace another run in the folder."""
+
+    def command(self) -> str:
+        """The command line, as far as it is not the usual one; without the places of files."""
+        words = ["python -m experiments.task_space"]
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value == field.default or field.name in ("out", "figures", "overwrite"):
+                continue
+            words.append(f"--{field.name}")
+            if field.name in FILES:
+                words.append(FILES[field.name])
+            elif not isinstance(value, bool):
+                words.append(" ".join(f"{number:g}" for number in value) if isinstance(value, tuple) else str(value))
+        return " ".join(words)
 
     @property
     def numbers(self) -> range:

@@ -15,7 +15,7 @@ from .tables import LARGE, SMALL, TOUCHING
 
 HEAD = """# Task-space mapping
 
-Written by `python -m experiments.task_space --evaluate --fresh 100 --input FRAMES --json FILE --page FILE`; do not edit. `--help` explains every option.
+Written by `{command}`; do not edit. `--help` explains every option.
 
 The Robotica paper's perception (section 2.2, figure 4): obstacles of a task space from RGB-D images, once, before the task. Depth images
 of a still table come in; out come the table's plane, every thing on it as a sphere, an upright column or an upright box, with standard
@@ -31,9 +31,14 @@ deviations, or kept as points, and the paper's grid of 1 (obstacle) and 0 (free)
    deep every ray along which something behind was seen would pass through the shape. The kind with the least sum, plus log n for every free
    number, is taken. So a shape is chosen by residual and by the free space that it would claim.
 5. **Things that touch** hang together; a group that no shape explains is cut where it is thinnest from above, or between points on and off the
-   best shape, and kept as two if two explain it better. Solids do not pass through each other: a thing whose shape does, and most of whose points lie
-   on the other's surface, hands them over. What still has a residual over 1 cm, or claims more than a tenth of the free rays
-   about it, is kept as points; planner and grid take their upright box and the points.
+   best shape, and kept as two if two explain it better. A shape does not explain a group if its points are farther from the surface than their noise
+   across that surface makes them, if it claims free rays, if pixels are not of the surface, or if it leaves out what was measured. Solids do not
+   pass through each other: two parts whose shapes do are one thing, where one shape explains both, and a thing whose shape passes through another's,
+   and most of whose points lie on that one's surface, hands them over.
+6. **No thing is smaller than what was measured of it.** A shape leaves out the distance by which most pixels of some neighbourhood of 5 x 5 are
+   outside of it, beyond their noise, and the height at which it ends over the table under which nothing was seen to pass. A thing whose shape
+   leaves out more than 1 cm, has a residual over 1 cm, or claims more than a tenth of the free rays about it, is kept as points; the planner takes the
+   upright box about all of them, down to the table where nothing was seen to pass below, and the grid the points.
 """
 EVALUATION = """
 ## Measured on random tables
@@ -49,8 +54,8 @@ radius of the ball, or of the upright cylinder, about the thing; or if it is nea
 of its points with it. An instance that belongs to none is false. Covered is a thing all of whose 1500 surface points, also those that no
 camera saw and those on the table, lie within a shape or {cover:.0f} cm about it. A thing that a neighbour hides from both cameras counts as not found.
 
-Tables 0 to 19, 38, 40, 75 and 176, and 1000 to 1199, were looked at while the mapping was made, so that figures of these tables alone say little of new
-ones. Nobody had looked at the tables from {fresh} on when these numbers were measured{what}.
+Tables 0 to 99, 176, 1000 to 1199 and 2000 to 2099, and some from 10000 on, were looked at while the mapping was made, so that figures of these tables
+alone say little of new ones. Nobody had looked at the tables from {fresh} to 9999 when these numbers were measured{what}.
 
 {rows}
 
@@ -113,7 +118,7 @@ def page(
         fresh: rows of the tables that nobody has looked at.
         others: and their measures.
     """
-    text = HEAD
+    text = HEAD.format(command=config.command())
     if cases:
         numbered = [*zip(config.numbers, cases, strict=False), *zip(config.fresh_numbers, others, strict=False)]
         what = f": {len(others)} of them have a column of their own" if others else ""

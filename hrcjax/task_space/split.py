@@ -25,8 +25,8 @@ ANGLES = 24
 """Directions of upright planes that are tried, over half a turn."""
 STRIP = 0.004
 """Width of the strip about a plane in which points are counted [m]."""
-CUTS = 2
-"""Planes that are tried."""
+CUTS = 6
+"""Planes that are tried, the thinnest first, until two shapes explain all."""
 ROUNDS = 2
 """Times that points change sides."""
 
@@ -95,6 +95,11 @@ def thin_places(place: Float[np.ndarray, "point 3"], count: int) -> list[tuple[F
     return kept[:count]
 
 
+def passes(one: Explained, other: Explained, params: FitParams) -> bool:
+    """Whether two shapes pass through each other, as solids cannot, by more than they may differ from the real surfaces."""
+    return common_depth(_solid(one), _solid(other)) > OFF * float(params.model)
+
+
 def _sides(parts: list[Part], side: list[np.ndarray], least: int) -> tuple[list[Part], list[Part]]:
     first = [part._replace(pixels=part.pixels[s]) for part, s in zip(parts, side, strict=True)]
     second = [part._replace(pixels=part.pixels[~s]) for part, s in zip(parts, side, strict=True)]
@@ -126,21 +131,24 @@ def _poor(views: list[View], one: Explained, flat: list[np.ndarray], params: Fit
 def _as_two(
     views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> tuple[Explained, Explained] | None:
-    """The best of two shapes, if they explain a group better than one does."""
-    best, least = None, one.score
-    starts = [[flat[p.view][p.pixels][:, :2] @ way < offset for p in one.parts] for way, offset in thin_places(one.place, CUTS)]  # fmt: skip
+    """The best of two shapes, if they explain a group better than one does; two that pass through each other only where no others do. The first
+    that explain all are good enough."""
+    best, least = None, (True, one.score)
+    cuts = [[flat[p.view][p.pixels][:, :2] @ way < offset for p in one.parts] for way, offset in thin_places(one.place, CUTS)]  # fmt: skip
     off = [~one_off for one_off in _off(views, one, flat, params)]
-    for side in [*starts, off]:
+    for side in [*cuts[:1], off, *cuts[1:]]:
         for _ in range(ROUNDS):
             halves = _sides(one.parts, side, split.least_pixels)
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
                 break
             two = tuple(_fitted(views, half, flat, params, split) for half in halves)
-            score = _score(two)
-            if score < least:
+            score = passes(*two, params), _score(two)
+            if score[1] < one.score and score < least:
                 best, least = two, score
             near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
             side = [a < b for a, b in zip(*near, strict=True)]
+        if best is not None and not least[0] and not any(_poor(views, t, flat, params, split) for t in best):
+            break
     return best  # pyright: ignore[reportReturnType]  # two
 
 
@@ -193,7 +201,7 @@ def rejoin(
         one = _fitted(views, a.parts + b.parts, flat, params, split)
         if _poor(views, one, flat, params, split):
             continue
-        if one.score <= split.alike * _score((a, b)) or common_depth(_solid(a), _solid(b)) > OFF * float(params.model):
+        if one.score <= split.alike * _score((a, b)) or passes(a, b, params):
             every = [other for k, other in enumerate(every) if k not in pair] + [one]
 
 

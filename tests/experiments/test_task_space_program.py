@@ -8,7 +8,7 @@ from PIL import Image
 
 from experiments.sweep.config import parse as parse_sweep
 from experiments.task_space.__main__ import main
-from experiments.task_space.config import TaskSpaceConfig, parse
+from experiments.task_space.config import FRESH, TaskSpaceConfig, parse
 from experiments.task_space.evaluate import wanted
 from experiments.task_space.figures import grid_image
 from experiments.task_space.measures import measure_table, size_error
@@ -122,12 +122,12 @@ def test_where_nothing_was_found_rows_are_no_numbers(found: list[Instance]) -> N
 
 def test_tables_have_their_numbers_and_fresh_ones_a_column() -> None:
     config = parse(["--evaluate", "--first", "75", "--tables", "1", "--fresh", "1"])
-    assert list(wanted((*config.numbers, *config.fresh_numbers), 16)) == ["table 75", "table 2000"]
+    assert list(wanted((*config.numbers, *config.fresh_numbers), 16)) == ["table 75", f"table {FRESH}"]
     case = measured([], [BALL]) | {"seconds": 1.0, "offset": 0.001, "normal": FLAT.normal}
     cases = [{name: np.asarray(value) for name, value in case.items()}]
     text = page(all_rows(cases), cases, config, [], "", all_rows(cases), cases)
-    assert "| 75 | sphere |" in text and "| 2000 | sphere |" in text
-    assert "| row | value | tables from 2000 on | unit |" in text and "| found | 0 | 0 | % | >= 95 (missed) |" in text
+    assert "| 75 | sphere |" in text and f"| {FRESH} | sphere |" in text
+    assert f"| row | value | tables from {FRESH} on | unit |" in text and "| found | 0 | 0 | % | >= 95 (missed) |" in text
 
 
 def test_the_grid_as_a_picture_has_y_upwards() -> None:
@@ -176,5 +176,5 @@ def test_the_sweep_takes_sensed_obstacles_and_scene_files(capsys: pytest.Capture
 
 
 def test_tables_are_not_looked_at_and_fresh_at_once() -> None:
-    with pytest.raises(UsageError, match="table 2003 is among both"):
-        run(TaskSpaceConfig(evaluate=True, first=2003, tables=2, fresh=10))
+    with pytest.raises(UsageError, match=f"table {FRESH + 3} is among both"):
+        run(TaskSpaceConfig(evaluate=True, first=FRESH + 3, tables=2, fresh=10))
