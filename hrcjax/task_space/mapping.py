@@ -144,11 +144,7 @@ def map_table(
     own = [v._replace(deviation=v.deviation * table.excess) for v in own]
     found = [[] if v.colour is None else segmenter(v.colour) for v in own]
     labels = [pixel_labels(view.depth.shape, here) for view, here in zip(own, found, strict=True)]
-    parts = [
-        part
-        for k, view in enumerate(own)
-        for part in parts_on_table(view, k, table, labels[k], params)
-    ]
+    parts = [part for k, view in enumerate(own) for part in parts_on_table(view, k, table, labels[k], params)]
     flat = [points(view).reshape(-1, 3) for view in own]
     places = [flat[part.view][part.pixels] for part in parts]
     things: list[Explained] = []

@@ -9,7 +9,9 @@ from hrcjax.task_space.solid_distance import Solid, solid_distances, solid_norma
 from hrcjax.task_space.view import View
 
 
-def misfit(views: list[View], parts: list[Part], flat: list[Float[np.ndarray, "_ 3"]], solid: Solid, params: FitParams) -> float:
+def misfit(
+    views: list[View], parts: list[Part], flat: list[Float[np.ndarray, "_ 3"]], solid: Solid, params: FitParams
+) -> float:
     """Root mean square distance of points from a surface over what is expected of it, large ones by Cauchy's law [1].
 
     Depth is noisy along a ray, so that a surface seen aslant by the angle a to its normal has cos(a) of that noise across it; what a real surface

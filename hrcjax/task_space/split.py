@@ -1,8 +1,8 @@
 """Two things that touch, or nearly so, hang together in images and on the grid; they are told apart by shape.
 
-Solids that stand beside each other and are convex from above are on two sides of an upright plane: a group that no shape explains
-is cut where it is thinnest, or between the points on the best shape and those off it; every point then goes to the shape that it is nearest to, and the two are kept if they explain the
-group better than one.
+Solids that stand beside each other and are convex from above are on two sides of an upright plane: a group that no shape explains is cut
+where it is thin, or between the points on the best shape and those off it; every point then goes to the shape that it is nearest to, and the
+two are kept if they explain the group better than one. Solids do not pass through each other, so that shapes that do are no two things.
 """
 
 from collections.abc import Sequence
@@ -54,14 +54,18 @@ def shaped(one: Explained, split: SplitParams) -> bool:
     return near and float(one.fit.claimed) <= split.worst_claim
 
 
-def _fitted(views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams) -> Explained:
+def _fitted(
+    views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> Explained:
     places = [flat[part.view][part.pixels] for part in parts]
     seen = evidence(views, parts, places)
     kind, fit, score = best_shape(seen, params)
     solid = kind, np.asarray(fit.center), np.asarray(fit.size), float(fit.yaw)
     out = left_out(views, parts, flat, solid, bool(seen.stands), split.least_pixels)
     each = score / max(int(np.sum(seen.mask)), 1)
-    return Explained(parts, np.concatenate(places), seen, kind, fit, each, misfit(views, parts, flat, solid, params), out)
+    return Explained(
+        parts, np.concatenate(places), seen, kind, fit, each, misfit(views, parts, flat, solid, params), out
+    )
 
 
 def _score(things: Sequence[Explained]) -> float:
@@ -141,15 +145,16 @@ def _as_two(
             halves = _sides(one.parts, side, split.least_pixels)
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
                 break
-            two = tuple(_fitted(views, half, flat, params, split) for half in halves)
-            score = passes(*two, params), _score(two)
+            first, second = (_fitted(views, half, flat, params, split) for half in halves)
+            two = first, second
+            score = passes(first, second, params), _score(two)
             if score[1] < one.score and score < least:
                 best, least = two, score
             near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
             side = [a < b for a, b in zip(*near, strict=True)]
         if best is not None and not least[0] and not any(_poor(views, t, flat, params, split) for t in best):
             break
-    return best  # pyright: ignore[reportReturnType]  # two
+    return best
 
 
 def explain(

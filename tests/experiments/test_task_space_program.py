@@ -127,7 +127,9 @@ def test_tables_have_their_numbers_and_fresh_ones_a_column() -> None:
     cases = [{name: np.asarray(value) for name, value in case.items()}]
     text = page(all_rows(cases), cases, config, [], "", all_rows(cases), cases)
     assert "| 75 | sphere |" in text and f"| {FRESH} | sphere |" in text
-    assert f"| row | value | tables from {FRESH} on | unit |" in text and "| found | 0 | 0 | % | >= 95 (missed) |" in text
+    assert (
+        f"| row | value | tables from {FRESH} on | unit |" in text and "| found | 0 | 0 | % | >= 95 (missed) |" in text
+    )
 
 
 def test_the_grid_as_a_picture_has_y_upwards() -> None:
