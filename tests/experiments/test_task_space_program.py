@@ -180,3 +180,35 @@ def test_the_sweep_takes_sensed_obstacles_and_scene_files(capsys: pytest.Capture
 def test_tables_are_not_looked_at_and_fresh_at_once() -> None:
     with pytest.raises(UsageError, match=f"table {FRESH + 3} is among both"):
         run(TaskSpaceConfig(evaluate=True, first=FRESH + 3, tables=2, fresh=10))
+
+
+def test_the_page_shows_the_command_that_was_run() -> None:
+    words = [
+        "--evaluate",
+        "--first",
+        "7",
+        "--tables",
+        "3",
+        "--input",
+        "/some/where",
+        "--up",
+        "0",
+        "0.5",
+        "1",
+        "--page",
+        "/p.md",
+    ]
+    config = parse(words)
+    command = "python -m experiments.task_space --evaluate --input FRAMES --tables 3 --first 7 --up 0 0.5 1 --page FILE"
+    assert config.command() == command
+    assert f"Written by `{command}`; do not edit." in page({}, [], config, [], "")
+    again = parse(command.split()[3:])
+    assert (again.numbers, again.up, again.input, again.fresh) == (config.numbers, config.up, ("FRAMES",), 0)
+    assert parse(["--quick", "--evaluate", "--fresh", "9"]).command().split()[3:] == [
+        "--evaluate",
+        "--tables",
+        "5",
+        "--fresh",
+        "5",
+        "--quick",
+    ]

@@ -19,6 +19,7 @@ from hrcjax.task_space import (
     simulated_views,
     solid_distances,
 )
+from hrcjax.task_space import mapping
 from hrcjax.task_space.instances import SplitParams, image_parts, join_parts
 from hrcjax.task_space.mapping import TaskSpaceParams
 from hrcjax.task_space.segmenter import Detection, pixel_labels
@@ -195,18 +196,79 @@ def test_a_thing_that_mostly_hangs_over_the_border_is_whole_and_a_wall_beside_th
     assert all(i.points[:, 0].min() > o.center[0] + 0.08 - 0.05 - 1e-3 for i in beside)
 
 
-def test_neighbours_near_each_other_keep_their_points() -> None:
-    """Half of a small column's points are within five deviations of the ball beside it; but the two do not pass through each other."""
-    column = Obstacle(COLUMN, (0.2523, 0.4634, 0.02), (0.0161, 0.0161, 0.02), 0.0, 0.0161)
-    ball = Obstacle(SPHERE, (0.296, 0.4681, 0.0259), (0.0259, 0.0259, 0.0259), 0.0, 0.0259)  # 2 mm beside it
-    scene = make_scene([column, ball], (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0.0,) * 3, (1.0,) * 3)
+SMALL = (
+    Obstacle(COLUMN, (0.2523, 0.4634, 0.02), (0.0161, 0.0161, 0.02), 0.0, 0.0161),
+    Obstacle(SPHERE, (0.296, 0.4681, 0.0259), (0.0259, 0.0259, 0.0259), 0.0, 0.0259),
+)
+FLAT = (
+    Obstacle(COLUMN, (0.0763, 0.368, 0.0169), (0.0599, 0.0599, 0.0169), 0.0, 0.0599),
+    Obstacle(SPHERE, (0.0488, 0.2866, 0.024), (0.024, 0.024, 0.024), 0.0, 0.024),
+)
+BESIDE = (
+    Obstacle(SPHERE, (0.8119, 0.712, 0.0165), (0.0165, 0.0165, 0.0165), 0.0, 0.0165),
+    Obstacle(COLUMN, (0.8474, 0.7668, 0.0318), (0.0469, 0.0469, 0.0318), 0.0, 0.0469),
+)
+
+
+@pytest.mark.parametrize(
+    ("things", "noise"),
+    [
+        (SMALL, 2),  # half of the column's points are within five deviations of the ball; but the two do not pass through each other
+        (SMALL, 1),  # a box between the two fits nearly as well as noise along the rays would allow, not across the surface
+        (SMALL, 6),  # a ball and a box within it do as well as the two
+        (FLAT, 2075),  # a thin plate at the height of both leaves free rays alone, and the half of both that is below
+        (BESIDE, 10380),  # two columns, one within the other, fit the points of one better than one
+    ],
+)  # fmt: skip
+def test_two_that_are_two_millimetres_apart_are_two(things: tuple[Obstacle, Obstacle], noise: int) -> None:
+    scene = make_scene(list(things), (0.1, 0.7, 0.15), (0.7, 0.3, 0.05), (0.0,) * 3, (1.0,) * 3)
     cameras = cell_rig(scene, hand=False, decimation=1).cameras
-    found = map_table(simulated_views(cameras, scene, jax.random.key(2), 16), UP).instances
+    found = map_table(simulated_views(cameras, scene, jax.random.key(noise), 16), UP).instances
     assert sorted(one.kind for one in found) == [SPHERE, COLUMN]
-    for o in (column, ball):
+    for o in things:
         one = min(found, key=lambda i: np.linalg.norm(i.center - o.center))
         np.testing.assert_allclose(one.center, o.center, atol=0.003)
         np.testing.assert_allclose(one.size, o.size, atol=0.003)
+
+
+def test_what_no_shape_describes_is_solid_as_the_box_of_all_its_points() -> None:
+    """Here no shape is good enough. The box reaches down to the table, but under what hangs."""
+    params = TaskSpaceParams(split=SplitParams(worst_residual=0.0))
+    found = map_table(views_of(THINGS), UP, params).instances
+    assert found and all(one.kind == POINTS for one in found)
+    for one in found:
+        off = np.abs(one.points - one.center) - one.size
+        assert off.max() < 1e-9
+        hangs = one.points[:, 2].min() > 0.1
+        np.testing.assert_allclose((one.center - one.size)[2], one.points[:, 2].min() if hangs else 0.0, atol=1e-9)
+    assert sum(one.points[:, 2].min() > 0.1 for one in found) == 1
+
+
+def test_a_shape_that_leaves_out_what_was_measured_is_not_taken() -> None:
+    """With no tolerance, and no box cut in two, what is a shape within a millimetre is one no more."""
+    loose = map_table(views_of(THINGS[:1]), UP).instances
+    strict = map_table(views_of(THINGS[:1]), UP, TaskSpaceParams(split=SplitParams(cover=-1.0, most=0))).instances
+    assert [one.kind for one in loose] == [SPHERE] and [one.kind for one in strict] == [POINTS]
+
+
+def test_parts_of_an_image_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And those that the border cuts once more, alone."""
+    asked = []
+
+    def counted(view, index, above, labels, params):
+        asked.append((index, int(above.sum())))
+        return image_parts(view, index, above, labels, params)
+
+    monkeypatch.setattr(mapping, "image_parts", counted)
+    views, o = views_of([THINGS[1]]), THINGS[1]
+    table = find_table(views, UP)
+    map_table(views, UP, table=table)
+    assert [index for index, _ in asked] == [0, 1]
+    corners = table.corners.copy()
+    corners[:, 0] = np.maximum(corners[:, 0], o.center[0] + 0.08)
+    map_table(views, UP, TaskSpaceParams(overhang=0.06), table=table._replace(corners=corners))
+    assert [index for index, _ in asked[2:]] == [0, 0, 1, 1]
+    assert all(0 < rest < whole for (_, whole), (_, rest) in zip(asked[2::2], asked[3::2], strict=True))
 
 
 def test_how_far_solids_pass_through_each_other() -> None:
