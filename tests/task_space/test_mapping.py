@@ -15,11 +15,11 @@ from hrcjax.task_space import (
     find_table,
     instances_scene,
     map_table,
+    mapping,
     obstacle_grid,
     simulated_views,
     solid_distances,
 )
-from hrcjax.task_space import mapping
 from hrcjax.task_space.instances import SplitParams, image_parts, join_parts
 from hrcjax.task_space.mapping import TaskSpaceParams
 from hrcjax.task_space.segmenter import Detection, pixel_labels
