@@ -38,7 +38,7 @@ class SplitParams(NamedTuple):
     worst_claim: float = 0.1
     """Share of the free rays about a thing that the best shape may claim before it is kept as points [1]."""
     loose: float = 0.5
-    """Share of a divided group's points in parts that no shape describes over which it is kept whole [1]."""
+    """Share of a divided group's points in parts that no shape explains over which it is kept whole [1]."""
     handed: float = 0.5
     """Share of its points that must be on the surface of a neighbour for a thing to hand them over [1]."""
     near: float = 0.025

@@ -25,10 +25,12 @@ ANGLES = 24
 """Directions of upright planes that are tried, over half a turn."""
 STRIP = 0.004
 """Width of the strip about a plane in which points are counted [m]."""
-CUTS = 6
-"""Planes that are tried, the thinnest first, until two shapes explain all."""
+FIRST, CUTS = 2, 6
+"""Planes that are tried, the thinnest first, and how many at most."""
 ROUNDS = 2
 """Times that points change sides."""
+HOPELESS = 2
+"""Times that a group is divided before it is kept whole if no part of it is explained by then."""
 
 
 class Explained(NamedTuple):
@@ -42,10 +44,10 @@ class Explained(NamedTuple):
     fit: Fitted
     score: float
     """Criterion for each point [1]."""
-    misfit: float
-    """Root mean square of the points' residuals over what noise makes of them [1]."""
-    left_out: float
-    """How far outside of the shape something of it is [m]."""
+    misfit: float = np.nan
+    """Root mean square of the points' residuals over what noise makes of them; not a number until it is judged [1]."""
+    left_out: float = np.nan
+    """How far outside of the shape something of it is; the same [m]."""
 
 
 def shaped(one: Explained, split: SplitParams) -> bool:
@@ -54,18 +56,26 @@ def shaped(one: Explained, split: SplitParams) -> bool:
     return near and float(one.fit.claimed) <= split.worst_claim
 
 
+def _judged(
+    views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams
+) -> Explained:
+    """The same, with what all of its pixels say of the shape."""
+    out = left_out(views, one.parts, flat, _solid(one), bool(one.seen.stands), split.least_pixels)
+    return one._replace(misfit=misfit(views, one.parts, flat, _solid(one), params), left_out=out)
+
+
 def _fitted(
     views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> Explained:
+    return _judged(views, _tried(views, parts, flat, params), flat, params, split)
+
+
+def _tried(views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams) -> Explained:
+    """The best shape, as far as it takes to compare it with others."""
     places = [flat[part.view][part.pixels] for part in parts]
     seen = evidence(views, parts, places)
     kind, fit, score = best_shape(seen, params)
-    solid = kind, np.asarray(fit.center), np.asarray(fit.size), float(fit.yaw)
-    out = left_out(views, parts, flat, solid, bool(seen.stands), split.least_pixels)
-    each = score / max(int(np.sum(seen.mask)), 1)
-    return Explained(
-        parts, np.concatenate(places), seen, kind, fit, each, misfit(views, parts, flat, solid, params), out
-    )
+    return Explained(parts, np.concatenate(places), seen, kind, fit, score / max(int(np.sum(seen.mask)), 1))
 
 
 def _score(things: Sequence[Explained]) -> float:
@@ -136,40 +146,48 @@ def _as_two(
     views: list[View], one: Explained, flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> tuple[Explained, Explained] | None:
     """The best of two shapes, if they explain a group better than one does; two that pass through each other only where no others do. The first
-    that explain all are good enough."""
+    that explain all are good enough; more than `FIRST` planes are tried only while all shapes pass through each other."""
     best, least = None, (True, one.score)
     cuts = [[flat[p.view][p.pixels][:, :2] @ way < offset for p in one.parts] for way, offset in thin_places(one.place, CUTS)]  # fmt: skip
     off = [~one_off for one_off in _off(views, one, flat, params)]
-    for side in [*cuts[:1], off, *cuts[1:]]:
+    for k, side in enumerate([off, *cuts]):
+        if k > FIRST and not least[0]:
+            break
         for _ in range(ROUNDS):
             halves = _sides(one.parts, side, split.least_pixels)
             if min(sum(len(p.pixels) for p in half) for half in halves) < split.least_pixels:
                 break
-            first, second = (_fitted(views, half, flat, params, split) for half in halves)
+            first, second = (_tried(views, half, flat, params) for half in halves)
             two = first, second
             score = passes(first, second, params), _score(two)
             if score[1] < one.score and score < least:
                 best, least = two, score
             near = [[_from(t, flat[p.view][p.pixels]) for p in one.parts] for t in two]
             side = [a < b for a, b in zip(*near, strict=True)]
-        if best is not None and not least[0] and not any(_poor(views, t, flat, params, split) for t in best):
-            break
-    return best
+        if best is not None and not least[0]:
+            best = _judged(views, best[0], flat, params, split), _judged(views, best[1], flat, params, split)
+            if not any(_poor(views, t, flat, params, split) for t in best):
+                break
+    if best is None:
+        return None
+    return _judged(views, best[0], flat, params, split), _judged(views, best[1], flat, params, split)
 
 
 def explain(
     views: list[View], parts: list[Part], flat: list[np.ndarray], params: FitParams, split: SplitParams
 ) -> list[Explained]:
-    """A group of parts as one thing, or as several where one shape does not do; as one, too, where most of it has no shape.
+    """A group of parts as one thing, or as several where one shape does not do; as one, too, where shapes do not explain most of it then.
 
     Args:
         flat: points of all pixels of every view [m].
     """
     whole = _fitted(views, parts, flat, params, split)
     open_, done = [whole], []
-    for _ in range(split.most):
+    for times in range(split.most):
         poor = [one for one in open_ if _poor(views, one, flat, params, split)]
         done += [one for one in open_ if not any(one is other for other in poor)]
+        if times == HOPELESS and not done:
+            return [whole]
         open_ = []
         for one in poor:
             two = _as_two(views, one, flat, params, split)
@@ -180,7 +198,7 @@ def explain(
         if not open_:
             break
     done += open_
-    loose = sum(len(one.place) for one in done if not shaped(one, split))
+    loose = sum(len(one.place) for one in done if not shaped(one, split) or _poor(views, one, flat, params, split))
     return [whole] if len(done) > 1 and loose > split.loose * len(whole.place) else done
 
 
