@@ -29,7 +29,7 @@ Examples:
     python -m experiments.task_space --input path/to/recording --together --segmenter mask_rcnn.onnx --names coco.txt"""
 
 
-FRESH = 3000
+FRESH = 4000
 """Number of the first table of `TaskSpaceConfig.fresh`."""
 FILES = {"input": "FRAMES", "segmenter": "FILE", "names": "FILE", "json": "FILE", "page": "FILE"}
 """What a command line shows in place of files and folders."""
@@ -50,7 +50,7 @@ class TaskSpaceConfig:
     first: int = 0
     """With --evaluate: number of the first table; a table is drawn by its number."""
     fresh: int = 0
-    """With --evaluate: so many tables more, from number 3000 on, at which nobody has looked while the mapping was made; they have rows of their own, in the section task_space_fresh."""
+    """With --evaluate: so many tables more, from number 4000 on, at which nobody has looked while the mapping was made; they have rows of their own, in the section task_space_fresh."""
     images: int = 16
     """With --evaluate: images of each camera, whose mean is mapped."""
     together: bool = False

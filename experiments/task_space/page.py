@@ -54,7 +54,7 @@ radius of the ball, or of the upright cylinder, about the thing; or if it is nea
 of its points with it. An instance that belongs to none is false. Covered is a thing all of whose 1500 surface points, also those that no
 camera saw and those on the table, lie within a shape or {cover:.0f} cm about it. A thing that a neighbour hides from both cameras counts as not found.
 
-Tables 0 to 99, 176, 1000 to 1199 and 2000 to 2099, and some from 10000 on, were looked at while the mapping was made, so that figures of these tables
+Tables 0 to 99, 176, 1000 to 1199, 2000 to 2099 and 3000 to 3099, and some from 10000 on, were looked at while the mapping was made, so that figures of these tables
 alone say little of new ones. Nobody had looked at the tables from {fresh} to 9999 when these numbers were measured{what}.
 
 {rows}
