@@ -172,11 +172,12 @@ SEEN = """What can be seen in the figures, looked at one by one; there is no oth
 * **The armchair** of frames 2 to 5 is found each time, and kept as points with a box about them, as it is no sphere, column or box. That is right.
   Its legs and seat are within; the side that faces away is missing, as no frame shows it.
 * **The buffet at the left** is kept whole in frame 2, as points with a box about them. In the others it is mostly not mapped: it stands where no floor is
-  seen, outside of the plane's outline. What is left of it within, its front, is cut into thin boxes side by side, as what a camera measures of it is no
-  plane to within its noise. In frame 3 a round piece of its top is taken for a thin disc of 15 cm radius at its height, in frame 4 a piece of its edge for a ball.
-* **Chairs at the right edge** are kept as points in frame 2, with a box about most of what is seen of one; a second one is a box that
-  covers its back and more. In frames 3 to 5 what is seen of them and of what stands behind becomes thin boxes and columns, bar by bar, which leave the
-  rest of the chair out: it reaches more than 30 cm beyond where floor is seen.
+  seen, outside of the plane's outline. What is left of it within, its front, is cut into thin boxes side by side, with a column among them in frame 5, as
+  what a camera measures of it is no plane to within its noise. In frame 3 a round piece of its top is taken for a thin disc of 15 cm radius at its height,
+  which covers floor that is free on the grid; in frame 4 a piece of its edge for a ball.
+* **Chairs at the right edge** are kept as points in frames 2 and 4, with a box about most of what is seen of one; in frame 2 a second one is a box that
+  covers its back and more. In frame 3 one of their legs is found, in frame 5 their backs and what stands behind as thin boxes, a column and points. The rest of
+  the chairs is left out: it reaches more than 30 cm beyond where floor is seen.
 * **The cabinet and the sofa** at 5 to 7 m are found as points or boxes of the right extent where floor is seen before them, and not at all elsewhere.
 
 So one image of a room gives a usable plane, and shapes for what stands free on it. Thin, cut or far things, and everything without depth, need a
